@@ -1,0 +1,1 @@
+"""Trajectories in time and the controllers that follow them. Knows nothing of MuJoCo."""
