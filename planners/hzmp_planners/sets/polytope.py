@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,7 +56,9 @@ class Polytope:
             axis = int(np.argmax(low - high))
             raise ShapeError(f"lo must not exceed hi, but axis {axis}: {low[axis]} > {high[axis]}")
         eye = np.eye(low.size)
-        return cls(np.vstack([eye, -eye]), np.concatenate([high, -low]))
+        box = cls(np.vstack([eye, -eye]), np.concatenate([high, -low]))
+        corners = np.array(list(product(*zip(low.tolist(), high.tolist(), strict=True))))
+        return cls.from_both_forms(box.A, box.b, np.unique(corners, axis=0))
 
     @classmethod
     def from_vertices(cls, V: ArrayLike) -> Polytope:
@@ -81,14 +84,19 @@ class Polytope:
             inner, extreme = _hull(coordinates)
             A = inner @ basis
         A = np.vstack([A, normals, -normals])
-        polytope = cls(A, (points[extreme] @ A.T).max(axis=0))
-        polytope.__dict__["vertices"] = frozen(points[extreme])
-        return polytope
+        return cls.from_both_forms(A, (points[extreme] @ A.T).max(axis=0), points[extreme])
 
     @classmethod
     def from_halfspaces(cls, A: ArrayLike, b: ArrayLike) -> Polytope:
         """The set of x with A x <= b, A of shape (m, n), b of shape (m,). Rows are normalised."""
         return cls(as_floats(A, "A", 2), as_floats(b, "b", 1))
+
+    @classmethod
+    def from_both_forms(cls, A: Floats, b: Floats, vertices: Floats) -> Polytope:
+        """Half-spaces and the vertices that the caller has computed already; not checked."""
+        polytope = cls(A, b)
+        polytope.__dict__["vertices"] = frozen(vertices)
+        return polytope
 
     @property
     def n(self) -> int:
