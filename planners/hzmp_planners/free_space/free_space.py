@@ -41,7 +41,7 @@ class FreeSpace:
         """Exact convex decomposition of a box minus convex obstacles, in 2-D or 3-D.
 
         Obstacles may touch, overlap, repeat, and stick out of the box. Obstacles without interior
-        (flat or empty) remove nothing and are kept in `obstacles` only.
+        (flat or empty) remove nothing and are left out.
 
         Args:
             bounds: corners (lo, hi) of the box [m], each (n,) with n = 2 or 3.
@@ -67,7 +67,7 @@ class FreeSpace:
                     f"obstacle {number} has dimension {block.n}, the bounds have {lo.size}"
                 )
         scale = max(1.0, float(np.abs([lo, hi]).max()))
-        solid = [block for block in blocks if _has_interior(block)]
+        solid = tuple(block for block in blocks if _has_interior(block))
         box = Polytope.from_box(lo, hi)
         table = build_plane_table([box, *solid], scale)
         workspace = box_cell(lo, hi, list(table.facets[0]))
@@ -76,7 +76,7 @@ class FreeSpace:
             leaves = merge_convex_unions(build_complex(cells, scale), table, scale)
         else:
             leaves = Complex(np.zeros((0, lo.size)), ())
-        return cls((lo, hi), blocks, leaves, table)
+        return cls((lo, hi), solid, leaves, table)
 
     @property
     def n(self) -> int:
@@ -115,6 +115,11 @@ class FreeSpace:
             )
             for i, (start, stop) in enumerate(zip(starts.tolist(), stops, strict=True))
         )
+
+    @cached_property
+    def obstacle_boxes(self) -> tuple[tuple[Floats, Floats], ...]:
+        """Axis-aligned bounds (lo, hi) of each obstacle [m]."""
+        return tuple(block.interval_hull() for block in self.obstacles)
 
     @cached_property
     def graph(self) -> LeafGraph:

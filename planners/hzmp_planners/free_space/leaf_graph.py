@@ -47,6 +47,27 @@ class LeafGraph:
         return frozen(np.array(pairs, dtype=np.int64).reshape(-1, 2))
 
     @cached_property
+    def corners(self) -> Floats:
+        """Vertices of all faces, shape (F, k, n) [m]; short faces repeat their last vertex."""
+        if not self.faces:
+            return frozen(np.zeros((0, 1, 1)))
+        width = max(len(face.vertices) for face in self.faces)
+        rows = [
+            face.vertices[np.minimum(np.arange(width), len(face.vertices) - 1)]
+            for face in self.faces
+        ]
+        return frozen(np.array(rows))
+
+    @cached_property
+    def pairs(self) -> Ints:
+        """Pairs of faces of one leaf, shape (E, 3): face, face, leaf."""
+        rows = []
+        for leaf, faces in enumerate(self.faces_of):
+            i, j = np.triu_indices(len(faces), 1)
+            rows.append(np.column_stack([faces[i], faces[j], np.full(len(i), leaf)]))
+        return frozen(np.concatenate(rows) if rows else np.zeros((0, 3), dtype=np.int64))
+
+    @cached_property
     def faces_of(self) -> tuple[Ints, ...]:
         """Indices of the faces of each leaf."""
         lists: list[list[int]] = [[] for _ in range(self.leaf_count)]

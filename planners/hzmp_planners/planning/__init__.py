@@ -1,0 +1,7 @@
+"""HZ-MP: paths through leaves, and the proofs that come with them."""
+
+from hzmp_planners.planning.hzmp import plan as plan
+from hzmp_planners.planning.plan import Plan as Plan
+from hzmp_planners.planning.plan import PlanStatus as PlanStatus
+
+__all__ = ["Plan", "PlanStatus", "plan"]

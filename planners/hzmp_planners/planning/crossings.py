@@ -1,0 +1,148 @@
+"""Building the crossing graph, pruning it with distance bounds, and splitting its faces."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order
+
+from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners.free_space import LeafGraph
+from hzmp_planners.planning.certificate import SOURCE, TARGET, CrossingGraph
+from hzmp_planners.planning.detour import least_detour
+from hzmp_planners.planning.roadmap import Query
+
+
+def build_crossings(
+    graph: LeafGraph, query: Query, active: Bools, threshold: float
+) -> CrossingGraph:
+    """All directed crossings of active faces that a path shorter than `threshold` may make.
+
+    Args:
+        graph: leaves and shared faces.
+        query: start and goal.
+        active: faces that meet the informed set, shape (F,).
+        threshold: pairs that only paths this long or longer use are left out [m].
+    """
+    faces = np.flatnonzero(active)
+    ends, n = graph.ends[faces], query.start.size
+    k = graph.corners.shape[1]
+    terminals = np.array([[query.start] * k, [query.goal] * k])
+    corners = np.concatenate([terminals, graph.corners[faces], graph.corners[faces]])
+    out_of = np.concatenate([[-1, -1], ends[:, 0], ends[:, 1]])
+    into = np.concatenate([[-1, -1], ends[:, 1], ends[:, 0]])
+    face = np.concatenate([[-1, -1], faces, faces])
+    leaving: dict[int, list[int]] = {}
+    for node, leaf in enumerate(out_of.tolist()):
+        leaving.setdefault(leaf, []).append(node)
+    tails: list[Ints] = []
+    heads: list[Ints] = []
+    for node, leaf in enumerate(into.tolist()):
+        exits = leaving.get(leaf, []) if node > TARGET else []
+        heads.append(np.array([j for j in exits if face[j] != face[node]], dtype=np.int64))
+        tails.append(np.full(len(heads[-1]), node))
+    first = np.flatnonzero(np.isin(out_of, query.start_leaves))
+    last = np.flatnonzero(np.isin(into, query.goal_leaves))
+    tails += [np.full(len(first), SOURCE), last]
+    heads += [first, np.full(len(last), TARGET)]
+    pairs = np.column_stack([np.concatenate(tails), np.concatenate(heads)]).astype(np.int64)
+    whole = CrossingGraph(corners.reshape(-1, k, n), face, into, out_of, pairs)
+    return prune_pairs(whole, three_leg_bounds(whole) < threshold)
+
+
+def three_leg_bounds(graph: CrossingGraph) -> Floats:
+    """Lower bound of |x - s| + |z - x| + |g - z| over the faces of each pair, shape (E,) [m].
+
+    |v| >= u.v for unit u makes the sum linear, minimal at vertices; the directions u are those of
+    a nearly optimal x and z, found by two rounds of exact detours.
+    """
+    s, g = graph.corners[SOURCE, 0], graph.corners[TARGET, 0]
+    tail, head = graph.corners[graph.pairs[:, 0]], graph.corners[graph.pairs[:, 1]]
+    _, z = least_detour(head, s, g)
+    for _ in range(2):
+        _, x = least_detour(tail, s, z)
+        _, z = least_detour(head, x, g)
+    first, last = _unit(x - s), _unit(g - z)
+    middle = _unit(z - x)
+    still = (np.linalg.norm(z - x, axis=1) < 1e-12)[:, None]
+    middle = np.where(still, (first + last) / 2.0, middle)
+    ahead = np.einsum("ekn,en->ek", tail, first - middle).min(axis=1)
+    behind = np.einsum("ekn,en->ek", head, middle - last).min(axis=1)
+    return np.asarray(ahead + behind - first @ s + last @ g)
+
+
+def _unit(v: Floats) -> Floats:
+    length = np.linalg.norm(v, axis=1, keepdims=True)
+    return np.asarray(v / np.where(length > 0.0, length, 1.0))
+
+
+def prune_pairs(graph: CrossingGraph, kept: Bools) -> CrossingGraph:
+    """Keep some pairs, then only what still lies on a way from start to goal."""
+    pairs = graph.pairs[kept]
+    count = len(graph.corners)
+    links = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    ahead = np.zeros(count, dtype=np.bool_)
+    back = np.zeros(count, dtype=np.bool_)
+    ahead[breadth_first_order(links, SOURCE, return_predecessors=False)] = True
+    back[breadth_first_order(links.T.tocsr(), TARGET, return_predecessors=False)] = True
+    alive = ahead & back
+    alive[[SOURCE, TARGET]] = True
+    pairs = pairs[alive[pairs[:, 0]] & alive[pairs[:, 1]]]
+    number = np.cumsum(alive) - 1
+    return CrossingGraph(
+        graph.corners[alive], graph.face[alive], graph.into[alive], graph.out_of[alive],
+        number[pairs],
+    )
+
+
+def split_nodes(graph: CrossingGraph, points: dict[int, tuple[Floats, Floats]]) -> CrossingGraph:
+    """Cut faces in two; both halves keep the pairs of the whole.
+
+    The relaxation averages the flows that meet on one face; two faces cannot be averaged.
+
+    Args:
+        graph: crossing graph.
+        points: for each node to be cut, a point on its face and a direction along it; the cut is
+            at right angles to that direction.
+    """
+    extra: list[Floats] = []
+    parents: list[int] = []
+    corners = list(graph.corners)
+    for node, (point, direction) in points.items():
+        height = (graph.corners[node] - point) @ direction
+        low, high = _cut(graph.corners[node], height), _cut(graph.corners[node], -height)
+        corners[node] = low
+        extra.append(high)
+        parents.append(node)
+    rows = corners + extra
+    width = max(len(row) for row in rows)
+    padded = np.array([row[np.minimum(np.arange(width), len(row) - 1)] for row in rows])
+    origin = np.array(parents, dtype=np.int64)
+    clone = np.full(len(graph.corners), -1)
+    clone[origin] = len(graph.corners) + np.arange(len(origin))
+    pairs = [graph.pairs]
+    tail, head = graph.pairs.T
+    both = (clone[tail] >= 0) & (clone[head] >= 0)
+    pairs.append(np.column_stack([clone[tail], head])[clone[tail] >= 0])
+    pairs.append(np.column_stack([tail, clone[head]])[clone[head] >= 0])
+    pairs.append(np.column_stack([clone[tail], clone[head]])[both])
+    return CrossingGraph(
+        padded,
+        np.concatenate([graph.face, graph.face[origin]]),
+        np.concatenate([graph.into, graph.into[origin]]),
+        np.concatenate([graph.out_of, graph.out_of[origin]]),
+        np.concatenate(pairs),
+    )
+
+
+def _cut(corners: Floats, height: Floats) -> Floats:
+    """The part of a segment or convex polygon (k, n) where height (k,) <= 0."""
+    kept: list[Floats] = []
+    for i in range(len(corners)):
+        if len(corners) > 2 or i > 0:
+            h, g = height[i - 1], height[i]
+            if (h < 0.0 < g) or (g < 0.0 < h):
+                kept.append(corners[i - 1] + (h / (h - g)) * (corners[i] - corners[i - 1]))
+        if height[i] <= 0.0:
+            kept.append(corners[i])
+    return np.array(kept)

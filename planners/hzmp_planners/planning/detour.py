@@ -1,0 +1,117 @@
+"""Shortest detours s -> face -> g in closed form: the informed set without an ellipsoid test.
+
+f*(F) = min over x in F of |x - s| + |x - g| does not depend on the incumbent cost c. A face meets
+the informed ellipsotope of cost c iff f*(F) <= c (Lemma 3.6 of the HZ-MP paper), so one evaluation
+per query classifies every face for every later cost by a comparison.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from hzmp_planners._arrays import Bools, Floats, Ints
+
+
+def least_detour(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Floats]:
+    """f* and where it is attained, for many segments (2-D) or convex polygons (3-D) at once.
+
+    The minimum of the convex function |x - s| + |x - g| over a plane is where the mirror image of
+    s sees g; if that point is outside the polygon the minimum is on an edge, and over a line it is
+    where s, turned about the line to the far side of g, sees g.
+
+    Args:
+        corners: shape (F, k, n) [m], polygons in order, padded by repeating the last vertex.
+        s: start points, shape (n,) or (F, n) [m].
+        g: goal points, shape (n,) or (F, n) [m].
+
+    Returns:
+        f* (F,) [m] and the minimising points (F, n) [m].
+    """
+    count, _, n = corners.shape
+    start = np.broadcast_to(s, (count, n))[:, None, :]
+    goal = np.broadcast_to(g, (count, n))[:, None, :]
+    following = corners[:, 1:] if n == 2 else np.roll(corners, -1, axis=1)
+    origins = corners[:, :-1] if n == 2 else corners
+    edge = following - origins
+    length = np.linalg.norm(edge, axis=2, keepdims=True)
+    direction = edge / np.where(length > 0.0, length, 1.0)
+    s_along = ((start - origins) * direction).sum(axis=2, keepdims=True)
+    g_along = ((goal - origins) * direction).sum(axis=2, keepdims=True)
+    s_off = np.linalg.norm(start - origins - s_along * direction, axis=2, keepdims=True)
+    g_off = np.linalg.norm(goal - origins - g_along * direction, axis=2, keepdims=True)
+    reach = s_off + g_off
+    along = np.where(
+        reach > 0.0, (s_along * g_off + g_along * s_off) / np.where(reach > 0.0, reach, 1.0), s_along
+    )
+    points = origins + np.clip(along, 0.0, length) * direction
+    detours = np.linalg.norm(points - start, axis=2) + np.linalg.norm(points - goal, axis=2)
+    best = detours.argmin(axis=1)
+    rows = np.arange(count)
+    least, where = detours[rows, best], points[rows, best]
+    if n == 3 and count:
+        crossing, inside = _plane_crossing(corners, start[:, 0], goal[:, 0])
+        through = np.linalg.norm(crossing - start[:, 0], axis=1)
+        through += np.linalg.norm(crossing - goal[:, 0], axis=1)
+        better = inside & (through < least)
+        least = np.where(better, through, least)
+        where = np.where(better[:, None], crossing, where)
+    return least, where
+
+
+def _plane_crossing(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Bools]:
+    """Where the mirrored s sees g through each polygon's plane, and whether inside the polygon."""
+    area = np.cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1)
+    normal = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
+    base = corners[:, 0]
+    s_height = ((s - base) * normal).sum(axis=1, keepdims=True)
+    g_height = ((g - base) * normal).sum(axis=1, keepdims=True)
+    reach = np.abs(s_height) + np.abs(g_height)
+    share = np.where(reach > 0.0, np.abs(s_height) / np.where(reach > 0.0, reach, 1.0), 0.0)
+    s_foot, g_foot = s - s_height * normal, g - g_height * normal
+    crossing = s_foot + share * (g_foot - s_foot)
+    edge = np.roll(corners, -1, axis=1) - corners
+    turn = (np.cross(edge, crossing[:, None] - corners) * normal[:, None]).sum(axis=2)
+    # The area vector orients the polygon, so inside is on the left of every edge.
+    return crossing, np.asarray((turn >= 0.0).all(axis=1))
+
+
+def bottleneck_bound(detours: Floats, ends: Ints, leaves: int, s: Ints, g: Ints) -> float:
+    """Least cost c at which the faces with f* <= c connect a start leaf with a goal leaf.
+
+    Every path crosses some face that no cheaper set of faces can do without, and a path through
+    a face F is at least f*(F) long: a valid lower bound before any search.
+
+    Args:
+        detours: f* of each face, shape (F,).
+        ends: leaves on both sides of each face, shape (F, 2).
+        leaves: number of leaves.
+        s: indices of the leaves that hold the start.
+        g: indices of the leaves that hold the goal.
+
+    Returns:
+        The bound [m]; inf when all faces together do not connect.
+    """
+    order = np.argsort(detours, kind="stable")
+    joined = np.concatenate(
+        [np.column_stack([np.full(len(s), leaves), s]), np.column_stack([np.full(len(g), leaves + 1), g])]
+    )
+
+    def connects(count: int) -> bool:
+        links = np.concatenate([joined, ends[order[:count]]])
+        graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(leaves + 2,) * 2)
+        labels = connected_components(graph, directed=False)[1]
+        return bool(labels[leaves] == labels[leaves + 1])
+
+    if connects(0):
+        return 0.0
+    if not connects(len(order)):
+        return math.inf
+    low, high = 0, len(order)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if connects(middle) else (middle, high)
+    return float(detours[order[high - 1]])

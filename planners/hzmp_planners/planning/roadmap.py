@@ -1,0 +1,141 @@
+"""Best-first search over points sampled on shared faces (Algorithm 1 of the HZ-MP paper).
+
+One shortest-path search over all sampled points explores every leaf sequence at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners.free_space import LeafGraph
+
+START, GOAL = 0, 1
+FaceSequence = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """A start and a goal in the free space, with the leaves that hold them."""
+
+    start: Floats
+    goal: Floats
+    start_leaves: Ints
+    goal_leaves: Ints
+
+
+def sample_faces(corners: Floats, count: int, rng: np.random.Generator) -> Floats:
+    """Points uniform on each segment or convex polygon, shape (F, count, n) [m].
+
+    A polygon is fanned into triangles, a triangle is drawn by its area and a point in it by
+    Dirichlet(1) weights; uniform generator factors would not give uniform points.
+
+    Args:
+        corners: shape (F, k, n) [m].
+        count: samples on each face.
+        rng: source of randomness.
+    """
+    faces, k, n = corners.shape
+    if n == 2:
+        t = rng.random((faces, count, 1))
+        return np.asarray(corners[:, None, 0] * (1.0 - t) + corners[:, None, -1] * t)
+    apex, one, two = corners[:, :1], corners[:, 1:-1], corners[:, 2:]
+    areas = np.linalg.norm(np.cross(one - apex, two - apex), axis=2)
+    shares = np.cumsum(areas, axis=1)
+    drawn = rng.random((faces, count)) * shares[:, -1:]
+    triangle = np.minimum((drawn[:, :, None] >= shares[:, None, :]).sum(axis=2), k - 3)
+    weights = rng.dirichlet(np.ones(3), (faces, count))
+    rows = np.arange(faces)[:, None]
+    points = weights[:, :, :1] * apex + weights[:, :, 1:2] * one[rows, triangle]
+    return np.asarray(points + weights[:, :, 2:] * two[rows, triangle])
+
+
+def search_sequences(
+    graph: LeafGraph, query: Query, samples: Floats, active: Bools, most: int
+) -> list[FaceSequence]:
+    """Face sequences of the shortest sampled paths, shortest first, all different.
+
+    The first is the shortest path of the roadmap; the others are the shortest paths through each
+    sampled point in turn, so distinct corridors come up without a K-shortest-path search.
+
+    Args:
+        graph: leaves and shared faces.
+        query: start and goal.
+        samples: points on each face, shape (F, S, n) [m].
+        active: faces that a path may still use, shape (F,).
+        most: how many sequences to return at the most.
+    """
+    faces, per_face, n = samples.shape
+    nodes = np.concatenate([query.start[None], query.goal[None], samples.reshape(-1, n)])
+    matrix = _roadmap(graph, query, nodes, per_face, active)
+    cost, before = dijkstra(matrix, directed=False, indices=[START, GOAL], return_predecessors=True)
+    through = cost[0] + cost[1]
+    sequences: dict[FaceSequence, None] = {}
+    order = np.argsort(through, kind="stable")
+    for node in order[: min(len(order), 40 * most)].tolist():
+        if not np.isfinite(through[node]) or len(sequences) >= most:
+            break
+        chain = _chain(before[0], node)[::-1] + _chain(before[1], node)[1:]
+        visited = [(index - 2) // per_face for index in chain[1:-1]]
+        sequences.setdefault(leaf_route(graph, query, visited)[0])
+    return list(sequences)
+
+
+def _roadmap(
+    graph: LeafGraph, query: Query, nodes: Floats, per_face: int, active: Bools
+) -> csr_array[np.float64]:
+    pairs = graph.pairs
+    kept = pairs[active[pairs[:, 0]] & active[pairs[:, 1]]]
+    slots = np.arange(per_face)
+    one = 2 + (kept[:, 0, None, None] * per_face + slots[None, :, None])
+    two = 2 + (kept[:, 1, None, None] * per_face + slots[None, None, :])
+    shape = (len(kept), per_face, per_face)
+    tails = [np.broadcast_to(one, shape).ravel()]
+    heads = [np.broadcast_to(two, shape).ravel()]
+    for terminal, leaves in ((START, query.start_leaves), (GOAL, query.goal_leaves)):
+        touching = np.unique(np.concatenate([graph.faces_of[leaf] for leaf in leaves.tolist()]))
+        touching = touching[active[touching]]
+        reached = (2 + touching[:, None] * per_face + slots).ravel()
+        tails.append(np.full(len(reached), terminal))
+        heads.append(reached)
+    i, j = np.concatenate(tails), np.concatenate(heads)
+    lengths = np.linalg.norm(nodes[i] - nodes[j], axis=1)
+    return csr_array((lengths, (i, j)), shape=(len(nodes),) * 2)
+
+
+def _chain(before: Ints, node: int) -> list[int]:
+    """Nodes from `node` back to the root of a shortest-path tree."""
+    chain = [node]
+    while (node := int(before[node])) >= 0:
+        chain.append(node)
+    return chain
+
+
+def leaf_route(graph: LeafGraph, query: Query, faces: list[int]) -> tuple[FaceSequence, Ints]:
+    """Drop faces that are touched but not crossed, and loops; return the leaves between the rest.
+
+    Two faces of one sequence that follow each other have exactly one leaf in common, since two
+    convex leaves share at most one face.
+
+    Returns:
+        Face sequence (K-1 faces) and the leaf of each of the K segments, shape (K,).
+    """
+    ends = [set(graph.faces[face].leaves) for face in faces]
+    links = [set(query.start_leaves.tolist()), *ends, set(query.goal_leaves.tolist())]
+    leaves = [min(one & two) for one, two in zip(links[:-1], links[1:], strict=True)]
+    crossed: list[int] = []
+    route = [leaves[0]]
+    for face, leaf in zip(faces, leaves[1:], strict=True):
+        if leaf in route:
+            cut = route.index(leaf)
+            route, crossed = route[: cut + 1], crossed[:cut]
+        else:
+            crossed.append(face)
+            route.append(leaf)
+    goal_leaves = links[-1]
+    first_arrival = next(k for k, leaf in enumerate(route) if leaf in goal_leaves)
+    return tuple(crossed[:first_arrival]), np.array(route[: first_arrival + 1], dtype=np.int64)
