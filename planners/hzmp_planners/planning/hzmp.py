@@ -21,7 +21,7 @@ from hzmp_planners.planning.crossings import (
 )
 from hzmp_planners.planning.detour import bottleneck_bound, least_detour
 from hzmp_planners.planning.plan import Plan, PlanStatus, path_length
-from hzmp_planners.planning.refine import refine
+from hzmp_planners.planning.refine import rank_together, refine
 from hzmp_planners.planning.relaxation import solve_relaxation
 from hzmp_planners.planning.roadmap import (
     FaceSequence,
@@ -32,8 +32,10 @@ from hzmp_planners.planning.roadmap import (
 )
 from hzmp_planners.planning.rounding import flow_sequences, mixing_points
 
-_ROUNDS = 6
-_SEQUENCES = 6
+_ROUNDS = 12
+_CANDIDATES = 64
+_SWEEPS = 6
+_SEQUENCES = 5
 _MOST_PAIRS = 12_000  # more take Clarabel longer than any query waits
 
 
@@ -157,8 +159,9 @@ class _Planning:
             drawn = candidates[active].reshape(-1, self._space.n)
             self._samples = np.concatenate([self._samples, drawn])
             before = self._cost
-            most = _SEQUENCES if number else 1
-            for faces in search_sequences(self._graph, self._query, candidates, active, most):
+            most = _CANDIDATES if number else 1
+            found = search_sequences(self._graph, self._query, candidates, active, most)
+            for faces in self._most_promising(found):
                 self._try(faces)
                 if self._done():
                     return
@@ -167,6 +170,16 @@ class _Planning:
             uniform = sample_faces(self._graph.corners, 2, self._rng)
             known = [self._beside_route()[:, None], self._nearest[:, None]]
             candidates = np.concatenate([*known, uniform], axis=1)
+
+    def _most_promising(self, found: list[FaceSequence]) -> list[FaceSequence]:
+        """The sequences worth an exact refinement: those shortest after a few joint sweeps."""
+        fresh = [faces for faces in found if faces not in self._tried]
+        if len(fresh) <= 1:
+            return fresh
+        corners = self._graph.corners
+        routes = [corners[list(faces)] for faces in fresh]
+        lengths = rank_together(self._query.start, self._query.goal, routes, _SWEEPS)
+        return [fresh[i] for i in np.argsort(lengths, kind="stable")[:_SEQUENCES].tolist()]
 
     def _beside_route(self) -> Floats:
         """On each face, the point that a path close to the best route would cross most cheaply.

@@ -33,6 +33,43 @@ def refine(start: Floats, goal: Floats, corners: Floats, time_limit: float) -> F
     return _polish(np.vstack([start, points, goal]), corners)
 
 
+def rank_together(start: Floats, goal: Floats, routes: list[Floats], sweeps: int) -> Floats:
+    """Approximate optimal lengths of many face sequences, all improved at the same time.
+
+    Alternating sweeps move every second waypoint of every route to its exact optimum between its
+    neighbours. Cheap enough to compare dozens of sequences before the best are refined exactly.
+
+    Args:
+        start: shape (n,) [m].
+        goal: shape (n,) [m].
+        routes: for each sequence its faces, (K_i - 1, k, n) [m].
+        sweeps: how many passes over all waypoints.
+
+    Returns:
+        Length of each route after the sweeps [m]: an upper bound of its optimum.
+    """
+    longest = max(len(route) for route in routes)
+    k, n = routes[0].shape[1:]
+    corners = np.empty((len(routes), longest, k, n))
+    corners[:] = goal  # shorter routes wait at the goal
+    for index, route in enumerate(routes):
+        corners[index, : len(route)] = route
+    points = np.empty((len(routes), longest + 2, n))
+    points[:, 0], points[:, -1] = start, goal
+    points[:, 1:-1] = corners.mean(axis=2)
+    for sweep in range(2 * sweeps):
+        inner = np.arange(1 + sweep % 2, longest + 1, 2)
+        if not len(inner):
+            continue
+        _, moved = least_detour(
+            corners[:, inner - 1].reshape(-1, k, n),
+            points[:, inner - 1].reshape(-1, n),
+            points[:, inner + 1].reshape(-1, n),
+        )
+        points[:, inner] = moved.reshape(len(routes), len(inner), n)
+    return np.asarray(np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1))
+
+
 def _solve(start: Floats, goal: Floats, corners: Floats, time_limit: float) -> Floats:
     """Barycentric weights of the optimum, shape (K-1, k), non-negative, rows summing to 1.
 
