@@ -1,3 +1,24 @@
-"""Motion planning with hybrid zonotopes, closed in a MuJoCo loop."""
+"""Motion planning with hybrid zonotopes, closed in a MuJoCo loop: plans with proofs."""
+
+from hzmp_planners.errors import HzmpError as HzmpError
+from hzmp_planners.errors import QueryError as QueryError
+from hzmp_planners.errors import SceneError as SceneError
+from hzmp_planners.errors import ShapeError as ShapeError
+from hzmp_planners.errors import SolverError as SolverError
+from hzmp_planners.free_space import FreeSpace as FreeSpace
+from hzmp_planners.free_space import LeafGraph as LeafGraph
+from hzmp_planners.free_space import SharedFace as SharedFace
+from hzmp_planners.planning import Plan as Plan
+from hzmp_planners.planning import PlanStatus as PlanStatus
+from hzmp_planners.planning import plan as plan
+from hzmp_planners.planning import verify as verify
+from hzmp_planners.sets import ConstrainedZonotope as ConstrainedZonotope
+from hzmp_planners.sets import Ellipsotope as Ellipsotope
+from hzmp_planners.sets import HybridZonotope as HybridZonotope
+from hzmp_planners.sets import Polytope as Polytope
+from hzmp_planners.sets import Zonotope as Zonotope
+from hzmp_tracking import Limits as Limits
+from hzmp_tracking import Trajectory as Trajectory
+from hzmp_tracking import time_parameterize as time_parameterize
 
 __version__ = "0.1.0"

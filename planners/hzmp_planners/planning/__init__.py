@@ -3,5 +3,7 @@
 from hzmp_planners.planning.hzmp import plan as plan
 from hzmp_planners.planning.plan import Plan as Plan
 from hzmp_planners.planning.plan import PlanStatus as PlanStatus
+from hzmp_planners.planning.verify import Verification as Verification
+from hzmp_planners.planning.verify import verify as verify
 
-__all__ = ["Plan", "PlanStatus", "plan"]
+__all__ = ["Plan", "PlanStatus", "Verification", "plan", "verify"]

@@ -12,7 +12,7 @@ and both maxima of affine functions are at vertices. No solver is needed to chec
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -42,9 +42,17 @@ class CrossingGraph:
     """Consecutive crossings (i, j), shape (E, 2): i enters the leaf that j leaves."""
 
 
+Cuts = dict[int, tuple[Floats, Floats]]
+"""Faces to divide: node -> (point on its face, unit direction along it at right angles to the cut)."""
+
+
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """Potentials and directions for a crossing graph, and the pruning threshold it was cut with."""
+    """Potentials and directions for a crossing graph, and the pruning threshold it was cut with.
+
+    Certificates form a chain: pairs that one proves to be on paths of at least `threshold` only
+    are missing from the graph of the next, whose faces may be divided.
+    """
 
     graph: CrossingGraph
     potentials: Floats
@@ -53,6 +61,18 @@ class Certificate:
     """u of each pair, |u| <= 1, shape (E, n)."""
     threshold: float
     """Everything that the crossing graph leaves out belongs only to paths this long or longer [m]."""
+    parent: Certificate | None = None
+    """What proves that for pairs that an earlier graph of the chain still had."""
+    cuts: Cuts = field(default_factory=dict)
+    """How faces of the parent's graph were divided to make this graph."""
+
+    @classmethod
+    def empty(
+        cls, graph: CrossingGraph, threshold: float, parent: Certificate | None, cuts: Cuts
+    ) -> Certificate:
+        """For a graph without pairs: every path is at least as long as the threshold."""
+        nodes, k, n = graph.corners.shape
+        return cls(graph, np.zeros((nodes, k)), np.zeros((0, n)), threshold, parent, cuts)
 
     def slack(self) -> Floats:
         """How much longer than the potential difference each pair is at the least, shape (E,) [m].

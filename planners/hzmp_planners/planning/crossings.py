@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.free_space import LeafGraph
-from hzmp_planners.planning.certificate import SOURCE, TARGET, CrossingGraph
+from hzmp_planners.planning.certificate import SOURCE, TARGET, CrossingGraph, Cuts
 from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.roadmap import Query
 
@@ -95,20 +95,19 @@ def prune_pairs(graph: CrossingGraph, kept: Bools) -> CrossingGraph:
     )
 
 
-def split_nodes(graph: CrossingGraph, points: dict[int, tuple[Floats, Floats]]) -> CrossingGraph:
+def split_nodes(graph: CrossingGraph, cuts: Cuts) -> CrossingGraph:
     """Cut faces in two; both halves keep the pairs of the whole.
 
     The relaxation averages the flows that meet on one face; two faces cannot be averaged.
 
     Args:
         graph: crossing graph.
-        points: for each node to be cut, a point on its face and a direction along it; the cut is
-            at right angles to that direction.
+        cuts: where to cut which nodes.
     """
     extra: list[Floats] = []
     parents: list[int] = []
     corners = list(graph.corners)
-    for node, (point, direction) in points.items():
+    for node, (point, direction) in cuts.items():
         height = (graph.corners[node] - point) @ direction
         low, high = _cut(graph.corners[node], height), _cut(graph.corners[node], -height)
         corners[node] = low

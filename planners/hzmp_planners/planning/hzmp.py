@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from hzmp_planners._arrays import Floats, Ints, as_point, frozen
 from hzmp_planners.errors import QueryError
 from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.planning.certificate import Certificate
+from hzmp_planners.planning.certificate import Certificate, Cuts
 from hzmp_planners.planning.crossings import (
     build_crossings,
     prune_pairs,
@@ -205,13 +205,16 @@ class _Planning:
         """Raise the bound until the gap is closed or the time is up."""
         threshold = self._cost / (1.0 + self._gap)
         graph = build_crossings(self._graph, self._query, self._detours < threshold, threshold)
+        parent: Certificate | None = None
+        cuts: Cuts = {}
         while not self._done():
             if not len(graph.pairs):
-                self._raise_bound(threshold)
+                self._raise_bound(threshold, Certificate.empty(graph, threshold, parent, cuts))
                 return
+            left = self._deadline - time.perf_counter()
             if len(graph.pairs) > _MOST_PAIRS:
                 return
-            relaxation = solve_relaxation(graph, threshold, self._deadline - time.perf_counter())
+            relaxation = solve_relaxation(graph, threshold, left, parent, cuts)
             if relaxation is None:
                 return
             certificate = relaxation.certificate
@@ -225,9 +228,9 @@ class _Planning:
             kept = certificate.least_through() < threshold
             if not cuts and kept.all():
                 return
-            fewer = replace(graph, pairs=graph.pairs[kept])
-            divided = split_nodes(fewer, cuts)
+            divided = split_nodes(replace(graph, pairs=graph.pairs[kept]), cuts)
             graph = prune_pairs(divided, three_leg_bounds(divided) < threshold)
+            parent = certificate
 
     def _try(self, faces: FaceSequence) -> None:
         """Refine a face sequence once and take it when it is the best."""

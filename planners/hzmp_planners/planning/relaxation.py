@@ -14,7 +14,7 @@ from scipy.sparse import csc_array
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners._clarabel import solve_socp
-from hzmp_planners.planning.certificate import TARGET, Certificate, CrossingGraph
+from hzmp_planners.planning.certificate import TARGET, Certificate, CrossingGraph, Cuts
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,11 @@ class Relaxation:
 
 
 def solve_relaxation(
-    graph: CrossingGraph, threshold: float, time_limit: float
+    graph: CrossingGraph,
+    threshold: float,
+    time_limit: float,
+    parent: Certificate | None = None,
+    cuts: Cuts | None = None,
 ) -> Relaxation | None:
     """Best affine potentials for a crossing graph.
 
@@ -40,6 +44,8 @@ def solve_relaxation(
         graph: nodes and pairs; start and goal must be connected.
         threshold: see `Certificate.threshold`.
         time_limit: [s].
+        parent: see `Certificate`.
+        cuts: see `Certificate`.
 
     Returns:
         None when the solver did not produce finite numbers. A solution that was stopped early is
@@ -110,7 +116,7 @@ def solve_relaxation(
     weights = np.maximum(solution.z[:top], 0.0).reshape(count, 2, k)
     ahead, behind = weights[:, 0], weights[:, 1]
     return Relaxation(
-        Certificate(graph, potentials, u, threshold),
+        Certificate(graph, potentials, u, threshold, parent, cuts or {}),
         np.clip(ahead.sum(axis=1), 0.0, 1.0),
         _average(corners[pairs[:, 0]], behind),
         _average(corners[pairs[:, 1]], ahead),

@@ -6,8 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from hzmp_planners._arrays import Floats
-from hzmp_planners.planning.certificate import SOURCE, TARGET
+from hzmp_planners.planning.certificate import SOURCE, TARGET, Cuts
 from hzmp_planners.planning.relaxation import Relaxation
 
 _LEAST_FLOW = 1e-4  # flow below this is residue of the interior-point method
@@ -45,7 +44,7 @@ def flow_sequences(relaxation: Relaxation, most: int) -> list[list[int]]:
     return sequences
 
 
-def mixing_points(relaxation: Relaxation, most: int) -> dict[int, tuple[Floats, Floats]]:
+def mixing_points(relaxation: Relaxation, most: int) -> Cuts:
     """Where to cut faces: those on which flows from different points are averaged most.
 
     Returns:
@@ -68,7 +67,7 @@ def mixing_points(relaxation: Relaxation, most: int) -> dict[int, tuple[Floats, 
     np.add.at(scatter, node, share[:, None, None] * offset[:, :, None] * offset[:, None, :])
     spread = np.trace(scatter, axis1=1, axis2=2)
     spread[[SOURCE, TARGET]] = 0.0
-    cuts: dict[int, tuple[Floats, Floats]] = {}
+    cuts: Cuts = {}
     for index in np.argsort(-spread, kind="stable")[:most].tolist():
         if spread[index] <= 1e-6 * max(float(spread.max()), 1e-12):
             break

@@ -1,0 +1,5 @@
+"""`python -m hzmp_sim` is `hzmp-sim`."""
+
+from hzmp_sim.cli import main
+
+main()

@@ -1,0 +1,188 @@
+"""The command line `hzmp-sim`."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import cyclopts
+from cyclopts import App, Parameter
+
+from hzmp_planners.errors import HzmpError
+from hzmp_planners.planning import PlanStatus
+from hzmp_sim import __version__
+from hzmp_sim.settings import RunSettings
+
+if TYPE_CHECKING:
+    from hzmp_sim.scene import Scene
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+app = App(
+    name="hzmp-sim",
+    version=f"hzmp-sim {__version__}",
+    help="Plan with proofs through a MuJoCo world, fly the plan, and record the run.",
+)
+
+Coordinates = Annotated[tuple[float, ...] | None, Parameter(consume_multiple=True, negative=())]
+Switch = Annotated[bool, Parameter(negative=())]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class World:
+    """Which world, body and query: the arguments of `load_scene`.
+
+    Attributes:
+        body: point or quadrotor (attached to the world), or the name of a body of the world.
+        start: position of the body's centre, X Y [Z] [m]; default: the site "start".
+        goal: position of the body's centre, X Y [Z] [m]; default: the site "goal".
+        workspace: box that bounds the whole body, lower then upper corner [m].
+        clearance: distance to keep from every obstacle [m]; default 0.05.
+        tolerance: how much larger than exact an obstacle may be [m].
+    """
+
+    body: str | None = None
+    start: Coordinates = None
+    goal: Coordinates = None
+    workspace: Coordinates = None
+    clearance: float | None = None
+    tolerance: float | None = None
+
+    def load(self, path: str) -> Scene:
+        """The scene, its warnings printed to stderr."""
+        from hzmp_sim.scene import load_scene
+
+        corners: tuple[list[float], list[float]] | None = None
+        if self.workspace is not None:
+            half = len(self.workspace) // 2
+            corners = list(self.workspace[:half]), list(self.workspace[half:])
+        scene = load_scene(
+            path, self.body, self.start, self.goal, corners, self.clearance, self.tolerance
+        )
+        for warning in scene.warnings:
+            print(f"hzmp-sim: warning: {warning}", file=sys.stderr)
+        return scene
+
+
+_DEFAULT_WORLD, _DEFAULT_SETTINGS = World(), RunSettings()
+
+
+@app.command
+def run(
+    scene: str,
+    /,
+    *,
+    world: World = _DEFAULT_WORLD,
+    out: Path | None = None,
+    settings: Annotated[RunSettings, Parameter(name="*")] = _DEFAULT_SETTINGS,
+) -> int:
+    """Plan, fly and record a run.
+
+    Args:
+        scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
+        world: body, start, goal.
+        out: run directory; default: runs/WORLD-BODY.
+        settings: how to plan, fly and record.
+    """
+    from hzmp_sim.simulation import simulate
+    from hzmp_sim.simulation.metrics import EXIT_CODES
+    from hzmp_sim.summary import run_summary
+
+    loaded = world.load(scene)
+    directory = out or Path("runs") / f"{_world_name(loaded.path)}-{loaded.body}"
+    result = simulate(loaded, directory, settings, command=shlex.join(["hzmp-sim", *_arguments]))
+    print(run_summary(result, directory))
+    return EXIT_CODES[result.metrics["status"]]
+
+
+@app.command
+def plan(
+    scene: str,
+    /,
+    *,
+    world: World = _DEFAULT_WORLD,
+    time_limit: float = _DEFAULT_SETTINGS.time_limit,
+    gap: float = _DEFAULT_SETTINGS.gap,
+    seed: int = 0,
+    as_json: Annotated[Switch, Parameter(name="--json")] = False,
+) -> int:
+    """Plan a path with its lower bound, and check both with independent code.
+
+    Args:
+        scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
+        world: body, start, goal.
+        time_limit: time the planner may take [s].
+        gap: optimality gap at which the planner stops.
+        seed: seed of the planner's samples.
+        as_json: print one JSON object.
+    """
+    from hzmp_planners import planning
+    from hzmp_sim.summary import plan_as_dict, plan_summary
+
+    loaded = world.load(scene)
+    found = planning.plan(
+        loaded.free_space(), loaded.start, loaded.goal, time_limit=time_limit, gap=gap, seed=seed
+    )
+    report = planning.verify(found)
+    if as_json:
+        print(json.dumps(plan_as_dict(found, report), indent=2, allow_nan=False))
+    else:
+        print(plan_summary(found, report))
+    return {PlanStatus.INFEASIBLE: 3, PlanStatus.TIME_LIMIT: 4}.get(found.status, 0)
+
+
+@app.command
+def inspect(
+    scene: str,
+    /,
+    *,
+    world: World = _DEFAULT_WORLD,
+    as_json: Annotated[Switch, Parameter(name="--json")] = False,
+) -> int:
+    """Show how a world is read: geoms, obstacles, leaves, faces, warnings.
+
+    Args:
+        scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
+        world: body, start, goal.
+        as_json: print one JSON object.
+    """
+    from hzmp_sim.summary import print_scene, scene_as_dict
+
+    loaded = world.load(scene)
+    if as_json:
+        print(json.dumps(scene_as_dict(loaded), indent=2, allow_nan=False))
+    else:
+        print_scene(loaded)
+    return 0
+
+
+_arguments: list[str] = []
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; exits with the code of the outcome (0, 2, 3, 4, 5; 130 on Ctrl-C)."""
+    _arguments[:] = sys.argv[1:] if arguments is None else list(arguments)
+    try:
+        code = app(
+            list(_arguments), exit_on_error=False, print_error=False, result_action="return_value"
+        )
+    except (HzmpError, cyclopts.CycloptsError) as error:
+        print(f"hzmp-sim: error: {' '.join(str(error).split())}", file=sys.stderr)
+        code = BAD_INPUT
+    except KeyboardInterrupt:
+        print("hzmp-sim: interrupted; no run was written", file=sys.stderr)
+        code = INTERRUPTED
+    sys.exit(code)
+
+
+def _world_name(path: Path) -> str:
+    """scene.xml is named by its folder, any other file by itself."""
+    return path.resolve().parent.name if path.stem == "scene" else path.stem
+

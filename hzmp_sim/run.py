@@ -1,0 +1,63 @@
+"""What a closed-loop run leaves behind: the flight log and everything that led to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hzmp_planners._arrays import Bools, Floats, Ints
+
+if TYPE_CHECKING:
+    from hzmp_planners.free_space import FreeSpace
+    from hzmp_planners.planning import Plan
+    from hzmp_sim.scene import Scene
+    from hzmp_tracking import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class FlightLog:
+    """One row a physics step, T rows; row 0 is the state before the first step."""
+
+    time: Floats
+    """Simulated time [s], shape (T,)."""
+    qpos: Floats
+    """Generalised positions of the whole model, shape (T, nq)."""
+    position: Floats
+    """Centre of the body in the world [m], shape (T, 3)."""
+    quaternion: Floats
+    """Orientation of the body, wxyz, shape (T, 4)."""
+    velocity: Floats
+    """Velocity of the centre in the world [m/s], shape (T, 3)."""
+    reference: Floats
+    """Reference position [m], shape (T, 3)."""
+    control: Floats
+    """Actuator inputs, shape (T, nu)."""
+    clearance: Floats
+    """Smallest distance of the body to an obstacle geom [m], shape (T,); inf without obstacles."""
+    nearest: Ints
+    """Index into `scene.obstacle_geoms` of the geom at that distance, shape (T,); -1 if none."""
+    collision: Bools
+    """Whether MuJoCo reported a penetrating contact of the body, shape (T,)."""
+
+    @property
+    def tracking_error(self) -> Floats:
+        """Distance of the centre to its reference [m], shape (T,)."""
+        return np.asarray(np.linalg.norm(self.position - self.reference, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A finished closed-loop run.
+
+    `trajectory` and `log` are None when there was nothing to fly (no path found).
+    """
+
+    scene: Scene
+    space: FreeSpace
+    plan: Plan
+    trajectory: Trajectory | None
+    log: FlightLog | None
+    metrics: dict[str, Any]
+    """What metrics.json holds."""

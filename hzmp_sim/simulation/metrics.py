@@ -1,0 +1,96 @@
+"""metrics.json: what a script reads of a run."""
+
+from __future__ import annotations
+
+import math
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.planning import Plan, PlanStatus
+from hzmp_tracking import Trajectory
+
+from hzmp_sim.run import FlightLog
+from hzmp_sim.scene import Scene
+
+EXIT_CODES = {
+    "goal_reached": 0,
+    "infeasible": 3,
+    "time_limit": 4,
+    "collision": 5,
+    "goal_not_reached": 5,
+}
+"""Exit code of `hzmp-sim run` for each status; 2 is bad input."""
+
+_PACKAGES = ("mujoco", "numpy", "scipy", "clarabel", "ruckig", "rerun-sdk")
+
+
+def collect_metrics(
+    scene: Scene,
+    space: FreeSpace,
+    plan: Plan,
+    trajectory: Trajectory | None,
+    log: FlightLog | None,
+    *,
+    goal_tolerance: float,
+    seed: int,
+    simulated_per_wall: float | None,
+    timings: dict[str, float],
+) -> dict[str, Any]:
+    """The metrics of a run; what a run without flight does not have is None."""
+    error = None if log is None else log.tracking_error
+    found = math.isfinite(plan.cost)
+    return {
+        "status": _status(scene, plan, log, goal_tolerance),
+        "collision_steps": 0 if log is None else int(log.collision.sum()),
+        "steps": 0 if log is None else len(log.time),
+        "min_clearance_m": None if log is None else float(log.clearance.min()),
+        "path_length_m": plan.cost if found else None,
+        "path_lower_bound_m": plan.lower_bound if math.isfinite(plan.lower_bound) else None,
+        "optimality_gap": plan.gap if found else None,
+        "trajectory_duration_s": None if trajectory is None else trajectory.duration,
+        "containment_m": None if trajectory is None else trajectory.containment,
+        "tracking_error_max_m": None if error is None else float(error.max()),
+        "tracking_error_rms_m": None if error is None else float(np.sqrt(np.mean(error**2))),
+        "goal_distance_m": None if log is None else _goal_distance(scene, log),
+        "replans": 0,
+        "replan_latency_ms": {"median": None, "p99": None, "max": None},
+        "realtime_factor": simulated_per_wall,
+        "timings_s": timings,
+        "leaves": len(space.leaves),
+        "faces": len(space.graph.faces),
+        "obstacles": len(scene.obstacles),
+        "dimension": scene.n,
+        "plan_status": plan.status.name.lower(),
+        "body": scene.body,
+        "seed": seed,
+        "warnings": list(scene.warnings),
+        "versions": _versions(),
+    }
+
+
+def _status(scene: Scene, plan: Plan, log: FlightLog | None, goal_tolerance: float) -> str:
+    if plan.status is PlanStatus.INFEASIBLE:
+        return "infeasible"
+    if log is None:
+        return "time_limit"
+    if log.collision.any():
+        return "collision"
+    return "goal_reached" if _goal_distance(scene, log) <= goal_tolerance else "goal_not_reached"
+
+
+def _goal_distance(scene: Scene, log: FlightLog) -> float:
+    goal = scene.to_world(scene.goal[None])[0]
+    return float(np.linalg.norm(log.position[-1] - goal))
+
+
+def _versions() -> dict[str, str]:
+    versions = {"python": platform.python_version()}
+    for name in ("hzmp-sim", *_PACKAGES):
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = "not installed"
+    return versions

@@ -1,0 +1,136 @@
+"""One run: decompose, plan, time, fly, audit, record."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from hzmp_planners.planning import Plan, plan
+from hzmp_tracking import Limits, Trajectory, time_parameterize
+
+from hzmp_sim.progress import progress
+from hzmp_sim.run import Run
+from hzmp_sim.scene import Scene
+from hzmp_sim.settings import RunSettings
+from hzmp_sim.simulation.actuation import Actuation, actuation_for
+from hzmp_sim.simulation.loop import Flight, fly
+from hzmp_sim.simulation.metrics import collect_metrics
+
+_DEFAULTS = RunSettings()
+
+
+def simulate(
+    scene: Scene,
+    out: str | Path | None = None,
+    settings: RunSettings = _DEFAULTS,
+    *,
+    command: str = "",
+) -> Run:
+    """Plan through a scene, fly the plan in closed loop in MuJoCo, and write the run directory.
+
+    Args:
+        scene: from `load_scene`.
+        out: run directory; nothing is written when None.
+        settings: how to plan, fly and record.
+        command: for the report: how to make this run again.
+
+    Returns:
+        The run. `run.metrics["status"]` says how it ended; `trajectory` and `log` are None when no
+        path was found.
+
+    Raises:
+        QueryError: start or goal is not in the free space.
+        SceneError: the body has joints or actuators that no controller here can use.
+        OutputError: the run directory cannot be written.
+    """
+    timings = {"scene": scene.reading_time}
+    actuation = actuation_for(scene.model, scene.body)
+    with _timed(timings, "decompose"):
+        space = scene.free_space()
+    with _timed(timings, "graph"):
+        _ = space.graph
+    with _timed(timings, "plan"):
+        path = plan(
+            space,
+            scene.start,
+            scene.goal,
+            time_limit=settings.time_limit,
+            gap=settings.gap,
+            seed=settings.seed,
+        )
+    trajectory: Trajectory | None = None
+    flight: Flight | None = None
+    if math.isfinite(path.cost):
+        with _timed(timings, "time_parameterize"):
+            trajectory = time_parameterize(
+                path.waypoints, path.cells(space), _limits(scene, actuation, settings)
+            )
+        with _timed(timings, "simulate"):
+            flight = _fly(scene, trajectory, actuation, settings)
+    run = Run(
+        scene=scene,
+        space=space,
+        plan=path,
+        trajectory=trajectory,
+        log=flight.log if flight else None,
+        metrics=collect_metrics(
+            scene,
+            space,
+            path,
+            trajectory,
+            flight.log if flight else None,
+            goal_tolerance=settings.goal_tolerance,
+            seed=settings.seed,
+            simulated_per_wall=_speed(flight),
+            timings=timings,
+        ),
+    )
+    if out is not None:
+        # Imported here: a run without files needs neither rerun nor matplotlib.
+        from hzmp_sim.output.write import write_run
+
+        run.metrics["video"] = write_run(run, out, video=settings.video, command=command) or "run.mp4"
+    return run
+
+
+def _limits(scene: Scene, actuation: Actuation, settings: RunSettings) -> Limits:
+    """What the body can follow, unless the settings say otherwise."""
+    usual = actuation.default_limits
+    return Limits(
+        velocity=usual.velocity if settings.velocity is None else settings.velocity,
+        acceleration=usual.acceleration if settings.acceleration is None else settings.acceleration,
+        jerk=usual.jerk if settings.jerk is None else settings.jerk,
+    )
+
+
+def _fly(
+    scene: Scene, trajectory: Trajectory, actuation: Actuation, settings: RunSettings
+) -> Flight:
+    with progress("Flying", trajectory.duration) as advance:
+        return fly(
+            scene,
+            trajectory,
+            actuation,
+            goal_tolerance=settings.goal_tolerance,
+            settle_time=settings.settle_time,
+            advance=advance,
+        )
+
+
+def _speed(flight: Flight | None) -> float | None:
+    """Simulated seconds a second of computing."""
+    if flight is None:
+        return None
+    simulated = float(flight.log.time[-1])
+    return simulated / flight.wall_time if np.isfinite(flight.wall_time) else None
+
+
+@contextmanager
+def _timed(timings: dict[str, float], stage: str) -> Iterator[None]:
+    began = time.perf_counter()
+    yield
+    timings[stage] = time.perf_counter() - began

@@ -1,0 +1,153 @@
+"""What the command line prints: scenes, plans and runs in a few lines, or as JSON."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from hzmp_planners.planning import Plan, PlanStatus, Verification
+from hzmp_sim.run import Run
+from hzmp_sim.scene import Scene
+
+
+def run_summary(run: Run, directory: Path) -> str:
+    """Outcome of a run, the numbers that decide it, and where its files are."""
+    m = run.metrics
+    lines = [f"{m['status'].replace('_', ' ')}: {_outcome(run)}", plan_line(run.plan)]
+    if run.log is not None:
+        lines.append(
+            f"flight    {m['trajectory_duration_s']:.2f} s, containment {m['containment_m']:.2g} m, "
+            f"tracking error max {1e3 * m['tracking_error_max_m']:.1f} mm, "
+            f"least clearance {_millimetres(m['min_clearance_m'])} "
+            f"(kept free: {1e3 * run.scene.clearance:.0f} mm), {m['collision_steps']} collision steps"
+        )
+        lines.append(
+            f"speed     simulated at {m['realtime_factor']:.0f} x real time; whole run "
+            f"{sum(m['timings_s'].values()):.1f} s"
+        )
+    if m["video"] != "run.mp4":
+        lines.append(f"no video  {m['video']}")
+    names = ["report.html", "run.rrd", "run.mp4", "metrics.json"]
+    files = [directory / name for name in names if (directory / name).exists()]
+    lines.append("files     " + "\n          ".join(str(file) for file in files))
+    return "\n".join(lines)
+
+
+def _outcome(run: Run) -> str:
+    if run.log is None:
+        return run.plan.status.value
+    return f"the body ended {1e3 * run.metrics['goal_distance_m']:.1f} mm from the goal"
+
+
+def _millimetres(value: float) -> str:
+    return f"{1e3 * value:.0f} mm" if math.isfinite(value) else "unbounded (no obstacles)"
+
+
+def plan_line(plan: Plan) -> str:
+    """Length, bound and gap of a plan in one line."""
+    if plan.status is PlanStatus.INFEASIBLE:
+        return "plan      proved infeasible"
+    if not math.isfinite(plan.cost):
+        return f"plan      nothing found; no path is shorter than {plan.lower_bound:.4f} m"
+    return (
+        f"plan      {plan.status.name.lower()}: {plan.cost:.4f} m through {len(plan.leaves)} leaves, "
+        f"no path is shorter than {plan.lower_bound:.4f} m (gap {100.0 * plan.gap:.3f} %)"
+    )
+
+
+def plan_summary(plan: Plan, report: Verification) -> str:
+    """A plan, its waypoints, and the result of its verification."""
+    lines = [plan_line(plan)]
+    points = ["(" + ", ".join(f"{x:.4f}" for x in point) + ")" for point in plan.waypoints.tolist()]
+    if points:
+        lines.append("waypoints " + "\n          ".join(points))
+    lines.append(f"verified  {report.describe()}")
+    return "\n".join(lines)
+
+
+def plan_as_dict(plan: Plan, report: Verification) -> dict[str, Any]:
+    """A plan as JSON-ready values; null for what is not a finite number."""
+    return {
+        "status": plan.status.name.lower(),
+        "reason": plan.status.value,
+        "start": plan.start.tolist(),
+        "goal": plan.goal.tolist(),
+        "waypoints": plan.waypoints.tolist(),
+        "leaves": plan.leaves.tolist(),
+        "cost_m": _finite(plan.cost),
+        "lower_bound_m": _finite(plan.lower_bound),
+        "gap": _finite(plan.gap),
+        "history": [[_finite(value) for value in row] for row in plan.history],
+        "verified": report.ok,
+        "residuals_m": {name: _finite(value) for name, value in report.residuals.items()},
+    }
+
+
+def scene_as_dict(scene: Scene) -> dict[str, Any]:
+    """How a world was read, as JSON-ready values."""
+    space = scene.free_space()
+    return {
+        "path": str(scene.path),
+        "body": scene.body,
+        "dimension": scene.n,
+        "workspace": [corner.tolist() for corner in scene.workspace],
+        "start": scene.start.tolist(),
+        "goal": scene.goal.tolist(),
+        "radius_m": scene.radius,
+        "clearance_m": scene.clearance,
+        "tolerance_m": scene.tolerance,
+        "height_m": scene.height,
+        "obstacles": len(scene.obstacles),
+        "leaves": len(space.leaves),
+        "faces": len(space.graph.faces),
+        "components": int(space.graph.components().max(initial=-1)) + 1,
+        "free_volume": space.volume,
+        "warnings": list(scene.warnings),
+        "geoms": [
+            {
+                "name": geom.name,
+                "type": geom.type,
+                "role": geom.role,
+                "facets": geom.facets,
+                "error_m": geom.error,
+                "reason": geom.reason,
+            }
+            for geom in scene.geoms
+        ],
+    }
+
+
+def print_scene(scene: Scene) -> None:
+    """How a world was read, as a table of geoms and a few lines."""
+    facts = scene_as_dict(scene)
+    console = Console(highlight=False, soft_wrap=not Console().is_terminal)
+    table = Table("geom", "type", "role", "facets", "error [mm]", "reason", box=None)
+    for geom in facts["geoms"]:
+        shown = geom["role"] == "obstacle"
+        table.add_row(
+            geom["name"],
+            geom["type"],
+            geom["role"],
+            str(geom["facets"]) if shown else "",
+            f"{1e3 * geom['error_m']:.1f}" if shown else "",
+            geom["reason"],
+        )
+    console.print(table)
+    sizes = " x ".join(f"[{lo:g}, {hi:g}]" for lo, hi in zip(*scene.workspace, strict=True))
+    console.print(
+        f"body      {scene.body}: {scene.n}-D, radius {1e3 * scene.radius:.0f} mm, "
+        f"clearance {1e3 * scene.clearance:.0f} mm",
+        f"workspace {sizes} m",
+        f"space     {facts['obstacles']} obstacles -> {facts['leaves']} leaves, {facts['faces']} "
+        f"shared faces, {facts['components']} components, {facts['free_volume']:.4g} m^{scene.n} free",
+        sep="\n",
+        markup=False,
+    )
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

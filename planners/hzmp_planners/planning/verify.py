@@ -1,0 +1,138 @@
+"""Checking a plan without the planner: path, length, leaves, bound and verdict."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linprog
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.constants import FACE_TOL, MEMBERSHIP_TOL
+from hzmp_planners.errors import SolverError
+from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.planning.plan import Plan, PlanStatus
+from hzmp_planners.planning.verify_bound import certified_bound
+from hzmp_planners.sets import Polytope
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Residuals of a plan's claims, recomputed; all are lengths [m], 0 is perfect."""
+
+    residuals: dict[str, float]
+    """`endpoints`, `path_outside_leaves`, `length`, `leaf_inside_obstacle`, `bound_excess` (how far
+    the claimed bound exceeds the recomputed one); for an infeasible plan `missed_face` (width of a
+    face that would connect what the plan calls separate) and `leaf_inside_obstacle`."""
+    tolerance: float
+    """What round-off explains [m]."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether every residual is within the tolerance."""
+        return all(value <= self.tolerance for value in self.residuals.values())
+
+    def describe(self) -> str:
+        """One line for a person."""
+        worst = max(self.residuals, key=lambda name: self.residuals[name])
+        verdict = "all claims hold" if self.ok else f"FAILED: {worst}"
+        return f"{verdict}; largest residual {self.residuals[worst]:.2g} m ({worst})"
+
+
+def verify(plan: Plan) -> Verification:
+    """Re-check a plan's path, length, lower bound and verdict with code the planner does not use.
+
+    The bound is checked by arithmetic on the plan's certificate (`verify_bound`); that leaves keep
+    out of obstacles, and that separate parts really are separate, by linear programs.
+    """
+    space = plan.space
+    tolerance = 10.0 * MEMBERSHIP_TOL * space.scale
+    if plan.status is PlanStatus.INFEASIBLE:
+        return Verification({"missed_face": _missed_face(plan)}, tolerance)
+    residuals = {"bound_excess": max(0.0, plan.lower_bound - certified_bound(plan))}
+    if len(plan.waypoints):
+        points = plan.waypoints
+        ends = np.abs(np.array([points[0] - plan.start, points[-1] - plan.goal]))
+        steps = [math.dist(a, b) for a, b in zip(points[:-1], points[1:], strict=True)]
+        residuals["endpoints"] = float(ends.max())
+        residuals["length"] = abs(math.fsum(steps) - plan.cost)
+        residuals["path_outside_leaves"] = max(
+            float((points[[k, k + 1]] @ space.leaves[leaf].A.T - space.leaves[leaf].b).max())
+            for k, leaf in enumerate(plan.leaves.tolist())
+        )
+        residuals["leaf_inside_obstacle"] = max(
+            (_overlap(space.leaves[leaf], space) for leaf in set(plan.leaves.tolist())), default=0.0
+        )
+    return Verification({name: max(0.0, value) for name, value in residuals.items()}, tolerance)
+
+
+def _overlap(leaf: Polytope, space: FreeSpace) -> float:
+    """Radius of the largest ball that fits into the leaf and an obstacle at once [m]."""
+    lo, hi = leaf.interval_hull()
+    worst = 0.0
+    for block, (low, high) in zip(space.obstacles, space.obstacle_boxes, strict=True):
+        if (low < hi).all() and (high > lo).all():
+            A = np.vstack([leaf.A, block.A])
+            worst = max(worst, _largest_ball(A, np.concatenate([leaf.b, block.b]), np.ones(len(A))))
+    return worst
+
+
+def _missed_face(plan: Plan) -> float:
+    """Widest common facet between the leaves reachable from the start and all others [m].
+
+    Also inf when start and goal are in one reachable part after all.
+    """
+    space = plan.space
+    components = space.graph.components()
+    mine = set(components[space.leaves_at(plan.start)].tolist())
+    if mine & set(components[space.leaves_at(plan.goal)].tolist()):
+        return math.inf
+    near = [i for i, part in enumerate(components.tolist()) if part in mine]
+    rest = [i for i, part in enumerate(components.tolist()) if part not in mine]
+    boxes = [leaf.interval_hull() for leaf in space.leaves]
+    lows, highs = np.array([b[0] for b in boxes]), np.array([b[1] for b in boxes])
+    tol = FACE_TOL * space.scale
+    widest = max((_overlap(space.leaves[i], space) for i in near), default=0.0)
+    for i in near:
+        touching = (lows[rest] <= highs[i] + tol).all(axis=1) & (highs[rest] >= lows[i] - tol).all(axis=1)
+        for j in np.flatnonzero(touching).tolist():
+            widest = max(widest, _common_facet(space.leaves[i], space.leaves[rest[j]], tol))
+    return 0.0 if widest <= tol else widest
+
+
+def _common_facet(one: Polytope, two: Polytope, tol: float) -> float:
+    """Radius of the largest disc on a plane that bounds both, from opposite sides [m]."""
+    best = 0.0
+    for normal, offset in zip(one.A, one.b, strict=True):
+        opposite = (np.abs(two.A + normal).max(axis=1) < 1e-8) & (np.abs(two.b + offset) < tol)
+        if not opposite.any():
+            continue
+        A = np.vstack([one.A, two.A])
+        along = A - np.outer(A @ normal, normal)
+        size = np.linalg.norm(along, axis=1)
+        free = size > 1e-8
+        b = np.concatenate([one.b, two.b])
+        best = max(best, _largest_ball(A[free], b[free], size[free], (normal, float(offset))))
+    return best
+
+
+def _largest_ball(
+    A: Floats, b: Floats, growth: Floats, plane: tuple[Floats, float] | None = None
+) -> float:
+    """max r with A x + growth r <= b (and x on the plane), 0 when there is none [m]."""
+    n = A.shape[1]
+    result = linprog(
+        np.append(np.zeros(n), -1.0),
+        A_ub=np.hstack([A, growth[:, None]]),
+        b_ub=b,
+        A_eq=None if plane is None else np.append(plane[0], 0.0)[None],
+        b_eq=None if plane is None else np.array([plane[1]]),
+        bounds=[(None, None)] * n + [(0.0, None)],
+        method="highs",
+    )
+    if result.status == 2:
+        return 0.0
+    if result.status != 0 or result.x is None:
+        raise SolverError(f"verification: {result.message}")
+    return float(result.x[-1])

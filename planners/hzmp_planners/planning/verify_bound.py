@@ -1,0 +1,215 @@
+"""Recomputing a plan's lower bound from its certificate by arithmetic.
+
+Nothing here searches or optimises. Faces and pairs that the planner pruned are enumerated anew
+from the leaf graph, each with a linear lower bound (a vertex minimum); potentials are checked
+vertex by vertex; the least slack along a path is found by relaxation sweeps.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners.planning.certificate import SOURCE, TARGET, Certificate, CrossingGraph
+from hzmp_planners.planning.crossings import split_nodes, three_leg_bounds
+from hzmp_planners.planning.detour import least_detour
+from hzmp_planners.planning.plan import Plan
+
+_SAFE = 1.0 - 1e-9
+"""Pruning is checked against thresholds this much lower, so that the two ways of summing the same
+numbers may differ by round-off; the recomputed bound is lower by the same factor."""
+
+
+def certified_bound(plan: Plan) -> float:
+    """The lower bound that the plan's evidence supports [m]; -inf when the evidence is broken."""
+    straight = float(np.linalg.norm(plan.goal - plan.start))
+    if plan.lower_bound <= straight * (1.0 + 1e-12):
+        return straight
+    if plan.certificate is None:
+        return _separating_bound(plan)
+    chain: list[Certificate] = []
+    link: Certificate | None = plan.certificate
+    while link is not None:
+        chain.append(link)
+        link = link.parent
+    chain.reverse()
+    if not _first_graph_is_complete(plan, chain[0]):
+        return -math.inf
+    for certificate, successor in pairwise(chain):
+        kept = _least_through(certificate) < successor.threshold * _SAFE
+        if not _successor_is_complete(certificate.graph, kept, successor):
+            return -math.inf
+    threshold = min(certificate.threshold for certificate in chain) * _SAFE
+    return min(threshold, float(_least_through(chain[-1]).min(initial=math.inf)))
+
+
+def _separating_bound(plan: Plan) -> float:
+    """With the faces of detour >= bound shut, start and goal must be separate."""
+    graph, space = plan.space.graph, plan.space
+    _, x = least_detour(graph.corners, plan.start, plan.goal)
+    bound = _detour_bounds(graph.corners, x, plan.start, plan.goal)
+    shut = bound >= plan.lower_bound - 1e-9 * space.scale
+    reached = set(space.leaves_at(plan.start).tolist())
+    goals = set(space.leaves_at(plan.goal).tolist())
+    frontier = list(reached)
+    while frontier:
+        leaf = frontier.pop()
+        for face in graph.faces_of[leaf].tolist():
+            if not shut[face]:
+                for other in graph.faces[face].leaves:
+                    if other not in reached:
+                        reached.add(other)
+                        frontier.append(other)
+    if reached & goals:
+        return -math.inf
+    return float(bound[shut].min(initial=math.inf))
+
+
+def _detour_bounds(corners: Floats, x: Floats, s: Floats, g: Floats) -> Floats:
+    """Tangent-plane lower bounds of min |x - s| + |x - g| over each face, shape (F,).
+
+    The function is convex, so f(x0) + f'(x0).(v - x0) at the vertices v bounds it for any x0.
+    """
+    away_s, away_g = x - s, x - g
+    size_s = np.linalg.norm(away_s, axis=1, keepdims=True)
+    size_g = np.linalg.norm(away_g, axis=1, keepdims=True)
+    slope = away_s / np.maximum(size_s, 1e-300) + away_g / np.maximum(size_g, 1e-300)
+    rise = np.einsum("fkn,fn->fk", corners - x[:, None], slope).min(axis=1)
+    return np.asarray((size_s + size_g)[:, 0] + rise)
+
+
+def _first_graph_is_complete(plan: Plan, first: Certificate) -> bool:
+    """Whether every pair of crossings that may be on a short path is in the first graph."""
+    graph, space = plan.space.graph, plan.space
+    starts = set(space.leaves_at(plan.start).tolist())
+    goals = set(space.leaves_at(plan.goal).tolist())
+    # Crossings (face, leaf entered); the start enters and the goal is entered from its leaves.
+    nodes: list[tuple[int, int]] = [(-1, -1), (-1, -1)]
+    number: dict[tuple[int, int], int] = {}
+    for face, ends in enumerate(graph.ends.tolist()):
+        for leaf in ends:
+            number[face, leaf] = len(nodes)
+            nodes.append((face, leaf))
+    pairs: list[tuple[int, int]] = []
+    for leaf, faces in enumerate(graph.faces_of):
+        doors = faces.tolist()
+        exits = [(f, number[f, sum(graph.faces[f].leaves) - leaf]) for f in doors]
+        entries = [(f, number[f, leaf]) for f in doors]
+        pairs += [(i, j) for f, i in entries for h, j in exits if f != h]
+        pairs += [(SOURCE, j) for _, j in exits if leaf in starts]
+        pairs += [(i, TARGET) for _, i in entries if leaf in goals]
+    k = graph.corners.shape[1]
+    terminals = np.array([[plan.start] * k, [plan.goal] * k])
+    face, into = np.array(nodes).T
+    corners = np.concatenate([terminals, graph.corners[face[2:]]])
+    whole = CrossingGraph(corners, face, into, into, np.array(pairs, dtype=np.int64))
+    return _holds_short_ways(whole, first)
+
+
+def _successor_is_complete(graph: CrossingGraph, kept: Bools, successor: Certificate) -> bool:
+    """Whether the next graph of the chain has all that is kept, its faces divided without loss."""
+    divided = split_nodes(replace(graph, pairs=graph.pairs[kept]), successor.cuts)
+    for half, node in enumerate(successor.cuts):
+        whole = _measure(graph.corners[node])
+        parts = _measure(divided.corners[node])
+        parts += _measure(divided.corners[len(graph.corners) + half])
+        if abs(parts - whole) > 1e-9 * whole:
+            return False
+    return _holds_short_ways(divided, successor)
+
+
+def _holds_short_ways(wider: CrossingGraph, certificate: Certificate) -> bool:
+    """Whether each pair of `wider` on a way shorter than the threshold is in the certificate's."""
+    limit = certificate.threshold * _SAFE
+    s, g = wider.corners[SOURCE, 0], wider.corners[TARGET, 0]
+    _, x = least_detour(wider.corners, s, g)
+    near = _detour_bounds(wider.corners, x, s, g) < limit
+    tail, head = wider.pairs.T
+    pairs = wider.pairs[near[tail] & near[head] & (three_leg_bounds(wider) < limit)]
+    ahead = _reached(pairs, SOURCE, len(wider.corners))
+    back = _reached(pairs[:, ::-1], TARGET, len(wider.corners))
+    needed = pairs[ahead[pairs[:, 0]] & back[pairs[:, 1]]]
+    names = _names(wider)
+    held = _names(certificate.graph)
+    present = {(held[i], held[j]) for i, j in certificate.graph.pairs.tolist()}
+    return all((names[i], names[j]) in present for i, j in needed.tolist())
+
+
+def _names(graph: CrossingGraph) -> list[tuple[int, int, bytes]]:
+    """Crossings by what they are: face, leaf entered, corners of the piece."""
+    return [
+        (int(face), int(leaf), corners.tobytes())
+        for face, leaf, corners in zip(graph.face, graph.into, graph.corners, strict=True)
+    ]
+
+
+def _reached(pairs: Ints, root: int, nodes: int) -> Bools:
+    """Nodes that the directed pairs lead to from the root, shape (nodes,)."""
+    seen = np.zeros(nodes, dtype=np.bool_)
+    seen[root] = True
+    while True:
+        fresh = pairs[seen[pairs[:, 0]] & ~seen[pairs[:, 1]], 1]
+        if not len(fresh):
+            return seen
+        seen[fresh] = True
+
+
+def _least_through(certificate: Certificate) -> Floats:
+    """No path through a given pair is shorter than this, shape (E,) [m]: arithmetic only.
+
+    For each pair the potentials are bounded against the direction u at the vertices. Potentials
+    that are not affine on a face, or a |u| > 1, are charged as violations.
+    """
+    graph, phi, u = certificate.graph, certificate.potentials, certificate.directions
+    if not len(graph.pairs):
+        return np.zeros(0)
+    tail, head = graph.pairs.T
+    slack = np.empty(len(tail))
+    for row, (i, j) in enumerate(graph.pairs.tolist()):
+        ahead = max(phi[j] - graph.corners[j] @ u[row])
+        behind = max(graph.corners[i] @ u[row] - phi[i])
+        slack[row] = -(ahead + behind)
+    size = float(np.ptp(graph.corners.reshape(-1, graph.corners.shape[2]), axis=0).max())
+    long = np.maximum(np.linalg.norm(u, axis=1) - 1.0, 0.0) * size * 2.0
+    violation = float(np.maximum(long - slack, 0.0).max()) + 2.0 * _bend(graph.corners, phi)
+    allowance = violation * (1 + len(np.unique(graph.into)))
+    weight = np.maximum(slack, 0.0)
+    nodes = len(graph.corners)
+    ahead_sum = _least_sums(tail, head, weight, SOURCE, nodes)
+    back_sum = _least_sums(head, tail, weight, TARGET, nodes)
+    gained = float(phi[TARGET, 0] - phi[SOURCE, 0])
+    return np.asarray(gained - allowance + ahead_sum[tail] + weight + back_sum[head])
+
+
+def _least_sums(tail: Ints, head: Ints, weight: Floats, root: int, nodes: int) -> Floats:
+    """Least sum of weights from the root to each node (Bellman and Ford), shape (nodes,)."""
+    least = np.full(nodes, math.inf)
+    least[root] = 0.0
+    while True:
+        reached = least.copy()
+        np.minimum.at(reached, head, least[tail] + weight)
+        if (reached == least).all():
+            return least
+        least = reached
+
+
+def _bend(corners: Floats, phi: Floats) -> float:
+    """Largest deviation of potentials from an affine function on their face [m]."""
+    worst = 0.0
+    for points, values in zip(corners, phi, strict=True):
+        offset = points - points[0]
+        fit = offset @ np.linalg.lstsq(offset, values - values[0], rcond=None)[0] + values[0]
+        worst = max(worst, float(np.abs(fit - values).max()))
+    return worst
+
+
+def _measure(corners: Floats) -> float:
+    """Length of a segment or area of a convex polygon (k, n) [m or m^2]."""
+    if corners.shape[1] == 2:
+        return float(np.linalg.norm(corners[0] - corners[-1]))
+    fan = np.cross(corners[1:-1] - corners[0], corners[2:] - corners[0])
+    return float(np.linalg.norm(fan.sum(axis=0))) / 2.0
