@@ -185,4 +185,3 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _world_name(path: Path) -> str:
     """scene.xml is named by its folder, any other file by itself."""
     return path.resolve().parent.name if path.stem == "scene" else path.stem
-

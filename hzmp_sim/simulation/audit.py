@@ -6,8 +6,8 @@ import math
 
 import mujoco
 import numpy as np
-from hzmp_planners._arrays import Floats
 
+from hzmp_planners._arrays import Floats
 from hzmp_sim.scene import Scene
 
 
@@ -63,9 +63,7 @@ class ContactAudit:
             if bounds[pair] >= least:
                 return least, nearest
             mine, other, index = self._pairs[pair]
-            distance = mujoco.mj_geomDistance(
-                self._model, self._data, mine, other, self._far, None
-            )
+            distance = mujoco.mj_geomDistance(self._model, self._data, mine, other, self._far, None)
             self._floor[pair] = distance + self._moved
             bounds[pair] = math.inf
             if distance < least:

@@ -8,12 +8,12 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
+
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan, PlanStatus
-from hzmp_tracking import Trajectory
-
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
+from hzmp_tracking import Trajectory
 
 EXIT_CODES = {
     "goal_reached": 0,

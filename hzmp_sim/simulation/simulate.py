@@ -9,9 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-from hzmp_planners.planning import Plan, plan
-from hzmp_tracking import Limits, Trajectory, time_parameterize
 
+from hzmp_planners.planning import plan
 from hzmp_sim.progress import progress
 from hzmp_sim.run import Run
 from hzmp_sim.scene import Scene
@@ -19,6 +18,7 @@ from hzmp_sim.settings import RunSettings
 from hzmp_sim.simulation.actuation import Actuation, actuation_for
 from hzmp_sim.simulation.loop import Flight, fly
 from hzmp_sim.simulation.metrics import collect_metrics
+from hzmp_tracking import Limits, Trajectory, time_parameterize
 
 _DEFAULTS = RunSettings()
 
@@ -93,7 +93,9 @@ def simulate(
         # Imported here: a run without files needs neither rerun nor matplotlib.
         from hzmp_sim.output.write import write_run
 
-        run.metrics["video"] = write_run(run, out, video=settings.video, command=command) or "run.mp4"
+        run.metrics["video"] = (
+            write_run(run, out, video=settings.video, command=command) or "run.mp4"
+        )
     return run
 
 

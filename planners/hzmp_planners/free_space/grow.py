@@ -32,9 +32,7 @@ def grow_leaf(space: FreeSpace, leaf: int, toward: list[int]) -> Polytope:
     tol = PLANE_TOL * space.scale
     corners = [space.leaves[other].vertices for other in toward]
     # A facet separates a neighbour when all of the neighbour is on its outer side.
-    first = [
-        j for j in range(len(b)) if any((v @ A[j] >= b[j] - 2.0 * tol).all() for v in corners)
-    ]
+    first = [j for j in range(len(b)) if any((v @ A[j] >= b[j] - 2.0 * tol).all() for v in corners)]
     for j in first + [j for j in range(len(b)) if j not in first]:
         b[j] = max(b[j], _free_reach(space, A, b, j, tol))
     lo, hi = space.bounds

@@ -94,8 +94,7 @@ def merge_convex_unions(complex_: Complex, table: PlaneTable, scale: float) -> C
     used = sorted(set().union(*(held for leaf in kept for held in leaf.values())))
     rename = {old: new for new, old in enumerate(used)}
     renamed = tuple(
-        {facet: frozenset(rename[v] for v in held) for facet, held in leaf.items()}
-        for leaf in kept
+        {facet: frozenset(rename[v] for v in held) for facet, held in leaf.items()} for leaf in kept
     )
     return Complex(vertices[used], renamed)
 

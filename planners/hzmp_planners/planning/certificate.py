@@ -43,7 +43,7 @@ class CrossingGraph:
 
 
 Cuts = dict[int, tuple[Floats, Floats]]
-"""Faces to divide: node -> (point on its face, unit direction along it at right angles to the cut)."""
+"""Faces to divide: node -> (point on its face, unit direction in it normal to the cut)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class Certificate:
     directions: Floats
     """u of each pair, |u| <= 1, shape (E, n)."""
     threshold: float
-    """Everything that the crossing graph leaves out belongs only to paths this long or longer [m]."""
+    """What the crossing graph leaves out is only on paths this long or longer [m]."""
     parent: Certificate | None = None
     """What proves that for pairs that an earlier graph of the chain still had."""
     cuts: Cuts = field(default_factory=dict)
@@ -90,8 +90,8 @@ class Certificate:
         weights = np.maximum(self.slack(), 0.0)
         tail, head = self.graph.pairs.T
         shape = (len(self.graph.corners),) * 2
-        ahead = dijkstra(csr_array((weights, (tail, head)), shape=shape), indices=SOURCE)
-        back = dijkstra(csr_array((weights, (head, tail)), shape=shape), indices=TARGET)
+        ahead = dijkstra(csr_array((weights, (tail, head)), shape=shape), indices=[SOURCE])[0]
+        back = dijkstra(csr_array((weights, (head, tail)), shape=shape), indices=[TARGET])[0]
         return weights, ahead, back
 
     @property

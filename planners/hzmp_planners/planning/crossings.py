@@ -90,7 +90,10 @@ def prune_pairs(graph: CrossingGraph, kept: Bools) -> CrossingGraph:
     pairs = pairs[alive[pairs[:, 0]] & alive[pairs[:, 1]]]
     number = np.cumsum(alive) - 1
     return CrossingGraph(
-        graph.corners[alive], graph.face[alive], graph.into[alive], graph.out_of[alive],
+        graph.corners[alive],
+        graph.face[alive],
+        graph.into[alive],
+        graph.out_of[alive],
         number[pairs],
     )
 

@@ -45,7 +45,9 @@ def least_detour(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Floats]
     g_off = np.linalg.norm(goal - origins - g_along * direction, axis=2, keepdims=True)
     reach = s_off + g_off
     along = np.where(
-        reach > 0.0, (s_along * g_off + g_along * s_off) / np.where(reach > 0.0, reach, 1.0), s_along
+        reach > 0.0,
+        (s_along * g_off + g_along * s_off) / np.where(reach > 0.0, reach, 1.0),
+        s_along,
     )
     points = origins + np.clip(along, 0.0, length) * direction
     detours = np.linalg.norm(points - start, axis=2) + np.linalg.norm(points - goal, axis=2)
@@ -97,12 +99,17 @@ def bottleneck_bound(detours: Floats, ends: Ints, leaves: int, s: Ints, g: Ints)
     """
     order = np.argsort(detours, kind="stable")
     joined = np.concatenate(
-        [np.column_stack([np.full(len(s), leaves), s]), np.column_stack([np.full(len(g), leaves + 1), g])]
+        [
+            np.column_stack([np.full(len(s), leaves), s]),
+            np.column_stack([np.full(len(g), leaves + 1), g]),
+        ]
     )
 
     def connects(count: int) -> bool:
         links = np.concatenate([joined, ends[order[:count]]])
-        graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(leaves + 2,) * 2)
+        graph = coo_array(
+            (np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(leaves + 2,) * 2
+        )
         labels = connected_components(graph, directed=False)[1]
         return bool(labels[leaves] == labels[leaves + 1])
 

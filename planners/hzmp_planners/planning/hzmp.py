@@ -36,6 +36,7 @@ _ROUNDS = 12
 _CANDIDATES = 64
 _SWEEPS = 6
 _SEQUENCES = 5
+_FEW_PAIRS = 500  # up to here a relaxation of everything below the cost is cheap
 _MOST_PAIRS = 12_000  # more take Clarabel longer than any query waits
 
 
@@ -203,8 +204,12 @@ class _Planning:
 
     def _prove(self) -> None:
         """Raise the bound until the gap is closed or the time is up."""
-        threshold = self._cost / (1.0 + self._gap)
+        threshold = self._cost
         graph = build_crossings(self._graph, self._query, self._detours < threshold, threshold)
+        if len(graph.pairs) > _FEW_PAIRS:
+            # Paths longer than this need no bound of their own: the gap is closed at it.
+            threshold = self._cost / (1.0 + self._gap)
+            graph = build_crossings(self._graph, self._query, self._detours < threshold, threshold)
         parent: Certificate | None = None
         cuts: Cuts = {}
         while not self._done():

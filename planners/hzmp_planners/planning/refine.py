@@ -92,9 +92,7 @@ def _solve(start: Floats, goal: Floats, corners: Floats, time_limit: float) -> F
     rows.append(cone)
     columns.append(np.arange(segments))
     values.append(-np.ones(segments))
-    face, spoke, axis = np.meshgrid(
-        np.arange(count), np.arange(free), np.arange(n), indexing="ij"
-    )
+    face, spoke, axis = np.meshgrid(np.arange(count), np.arange(free), np.arange(n), indexing="ij")
     column = (segments + face * free + spoke).ravel()
     value = (spokes[face, spoke, axis] / scale).ravel()
     for segment, sign in ((face, -1.0), (face + 1, 1.0)):  # as the head of one, tail of the next

@@ -142,5 +142,7 @@ def _affine_charts(corners: Floats) -> Floats:
 def _average(corners: Floats, weights: Floats) -> Floats:
     """Weighted mean of corners (E, k, n) with weights (E, k); the plain mean where all are 0."""
     total = weights.sum(axis=1, keepdims=True)
-    shares = np.where(total > 0.0, weights / np.where(total > 0.0, total, 1.0), 1.0 / corners.shape[1])
-    return np.einsum("ek,ekn->en", shares, corners)
+    shares = np.where(
+        total > 0.0, weights / np.where(total > 0.0, total, 1.0), 1.0 / corners.shape[1]
+    )
+    return np.asarray(np.einsum("ek,ekn->en", shares, corners))

@@ -6,6 +6,7 @@ One shortest-path search over all sampled points explores every leaf sequence at
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -69,7 +70,7 @@ def search_sequences(
         active: faces that a path may still use, shape (F,).
         most: how many sequences to return at the most.
     """
-    faces, per_face, n = samples.shape
+    _, per_face, n = samples.shape
     nodes = np.concatenate([query.start[None], query.goal[None], samples.reshape(-1, n)])
     matrix = _roadmap(graph, query, nodes, per_face, active)
     cost, before = dijkstra(matrix, directed=False, indices=[START, GOAL], return_predecessors=True)
@@ -126,7 +127,7 @@ def leaf_route(graph: LeafGraph, query: Query, faces: list[int]) -> tuple[FaceSe
     """
     ends = [set(graph.faces[face].leaves) for face in faces]
     links = [set(query.start_leaves.tolist()), *ends, set(query.goal_leaves.tolist())]
-    leaves = [min(one & two) for one, two in zip(links[:-1], links[1:], strict=True)]
+    leaves = [min(one & two) for one, two in pairwise(links)]
     crossed: list[int] = []
     route = [leaves[0]]
     for face, leaf in zip(faces, leaves[1:], strict=True):

@@ -27,10 +27,10 @@ def flow_sequences(relaxation: Relaxation, most: int) -> list[list[int]]:
         outgoing = np.bincount(tail, flow, minlength=nodes)
         weights = -np.log(np.minimum(flow / outgoing[tail], 1.0))
         links = csr_array((weights, (tail, head)), shape=(nodes, nodes))
-        _, before = dijkstra(links, indices=SOURCE, return_predecessors=True)
+        _, before = dijkstra(links, indices=[SOURCE], return_predecessors=True)
         node = TARGET
         chain: list[int] = []
-        while (node := int(before[node])) > TARGET:
+        while (node := int(before[0, node])) > TARGET:
             chain.append(node)
         if node != SOURCE:
             break

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import linprog
 
 from hzmp_planners._arrays import Floats
+from hzmp_planners._linprog import minimize_linear
 from hzmp_planners.constants import FACE_TOL, MEMBERSHIP_TOL
-from hzmp_planners.errors import SolverError
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.plan import Plan, PlanStatus
 from hzmp_planners.planning.verify_bound import certified_bound
@@ -54,7 +54,7 @@ def verify(plan: Plan) -> Verification:
     if len(plan.waypoints):
         points = plan.waypoints
         ends = np.abs(np.array([points[0] - plan.start, points[-1] - plan.goal]))
-        steps = [math.dist(a, b) for a, b in zip(points[:-1], points[1:], strict=True)]
+        steps = [math.dist(a, b) for a, b in pairwise(points)]
         residuals["endpoints"] = float(ends.max())
         residuals["length"] = abs(math.fsum(steps) - plan.cost)
         residuals["path_outside_leaves"] = max(
@@ -95,7 +95,9 @@ def _missed_face(plan: Plan) -> float:
     tol = FACE_TOL * space.scale
     widest = max((_overlap(space.leaves[i], space) for i in near), default=0.0)
     for i in near:
-        touching = (lows[rest] <= highs[i] + tol).all(axis=1) & (highs[rest] >= lows[i] - tol).all(axis=1)
+        touching = (lows[rest] <= highs[i] + tol).all(axis=1) & (highs[rest] >= lows[i] - tol).all(
+            axis=1
+        )
         for j in np.flatnonzero(touching).tolist():
             widest = max(widest, _common_facet(space.leaves[i], space.leaves[rest[j]], tol))
     return 0.0 if widest <= tol else widest
@@ -120,19 +122,13 @@ def _common_facet(one: Polytope, two: Polytope, tol: float) -> float:
 def _largest_ball(
     A: Floats, b: Floats, growth: Floats, plane: tuple[Floats, float] | None = None
 ) -> float:
-    """max r with A x + growth r <= b (and x on the plane), 0 when there is none [m]."""
+    """Max r with A x + growth r <= b (and x on the plane), 0 when there is none [m]."""
     n = A.shape[1]
-    result = linprog(
+    optimum = minimize_linear(
         np.append(np.zeros(n), -1.0),
-        A_ub=np.hstack([A, growth[:, None]]),
-        b_ub=b,
-        A_eq=None if plane is None else np.append(plane[0], 0.0)[None],
-        b_eq=None if plane is None else np.array([plane[1]]),
-        bounds=[(None, None)] * n + [(0.0, None)],
-        method="highs",
+        upper=(np.hstack([A, growth[:, None]]), b),
+        equal=None if plane is None else (np.append(plane[0], 0.0)[None], np.array([plane[1]])),
+        lo=np.append(np.full(n, -math.inf), 0.0),
+        purpose="verification",
     )
-    if result.status == 2:
-        return 0.0
-    if result.status != 0 or result.x is None:
-        raise SolverError(f"verification: {result.message}")
-    return float(result.x[-1])
+    return 0.0 if optimum is None else float(optimum.x[-1])

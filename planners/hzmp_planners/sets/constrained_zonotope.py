@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import linprog
 
 from hzmp_planners._arrays import Bools, Floats, as_floats, as_point, as_points
-from hzmp_planners.errors import ShapeError, SolverError
+from hzmp_planners._linprog import minimize_linear
+from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.zonotope import factor_residual
 
 
@@ -68,24 +68,16 @@ class ConstrainedZonotope:
         return int(self.b.size)
 
     def support(self, d: ArrayLike) -> float:
-        """max of d.x over the set, d of shape (n,); -inf when empty.
+        """Largest d.x over the set, d of shape (n,); -inf when empty.
 
         Raises:
             SolverError: the linear program ended without a verdict.
         """
         direction = as_point(d, "d", self.n)
-        result = linprog(
-            -(self.G.T @ direction),
-            A_eq=self.A if self.nc else None,
-            b_eq=self.b if self.nc else None,
-            bounds=(-1.0, 1.0),
-            method="highs",
+        optimum = minimize_linear(
+            -(self.G.T @ direction), equal=(self.A, self.b), lo=-1.0, hi=1.0, purpose="support"
         )
-        if result.status == 2:
-            return -math.inf
-        if result.status != 0:
-            raise SolverError(f"support: {result.message}")
-        return float(direction @ self.c - result.fun)
+        return -math.inf if optimum is None else float(direction @ self.c) - optimum.value
 
     def is_empty(self) -> bool:
         """True when no factors satisfy the constraints."""
@@ -94,4 +86,6 @@ class ConstrainedZonotope:
     def contains(self, X: ArrayLike, tol: float = 1e-9) -> Bools:
         """Which of the points (k, n) lie in the set, up to `tol` in each coordinate; shape (k,)."""
         points = as_points(X, "X", self.n)
-        return np.array([factor_residual(self.G, x - self.c, self.A, self.b) <= tol for x in points])
+        return np.array(
+            [factor_residual(self.G, x - self.c, self.A, self.b) <= tol for x in points]
+        )

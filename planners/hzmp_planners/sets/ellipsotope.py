@@ -43,7 +43,9 @@ class Ellipsotope:
         g = as_point(goal, "goal", s.size)
         distance = float(np.linalg.norm(g - s))
         if not distance * (1.0 - 1e-12) <= cost < math.inf:
-            raise QueryError(f"cost must be finite and at least |goal - start| = {distance}: {cost}")
+            raise QueryError(
+                f"cost must be finite and at least |goal - start| = {distance}: {cost}"
+            )
         minor = math.sqrt(max(cost * cost - distance * distance, 0.0)) / 2.0
         axis = (g - s) / distance if distance > 0.0 else np.zeros(s.size)
         G = minor * np.eye(s.size) + (cost / 2.0 - minor) * np.outer(axis, axis)
@@ -60,7 +62,7 @@ class Ellipsotope:
         return int(self.G.shape[1])
 
     def support(self, d: ArrayLike) -> float:
-        """max of d.x over the set, d of shape (n,): d.c + |G'd|_2."""
+        """Largest d.x over the set, d of shape (n,): d.c + |G'd|_2."""
         direction = as_point(d, "d", self.n)
         return float(direction @ self.c + np.linalg.norm(self.G.T @ direction))
 

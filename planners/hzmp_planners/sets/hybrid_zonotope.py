@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,7 +62,7 @@ class HybridZonotope:
         object.__setattr__(self, "b", b)
 
     @classmethod
-    def from_vertices(cls, V: ArrayLike, M: ArrayLike | csc_array[np.bool_]) -> HybridZonotope:
+    def from_vertices(cls, V: ArrayLike, M: ArrayLike | csc_array[Any]) -> HybridZonotope:
         r"""Union of the convex hulls that the columns of M select from the rows of V.
 
         With 0/1 factors: :math:`x = V^T\lambda,\ 1^T\lambda = 1,\ 1^T\beta = 1,\
@@ -77,7 +78,7 @@ class HybridZonotope:
             ShapeError: shapes do not fit, or a column of M is empty.
         """
         vertices = as_floats(V, "V", 2)
-        incidence = csc_array(M).astype(np.float64)
+        incidence = _sparse(M, "M").copy()
         nv, n = vertices.shape
         if incidence.shape[0] != nv:
             raise ShapeError(f"M must have {nv} rows, one a vertex, got {incidence.shape[0]}")
@@ -88,18 +89,16 @@ class HybridZonotope:
         if (counts == 0).any():
             raise ShapeError(f"column {int(np.argmin(counts))} of M selects no vertex")
         N = incidence.shape[1]
-        ones = csc_array(np.ones((1, nv)))
-        identity = eye_array(nv) / 2.0
-        Ac = block_array(
-            [[ones, csc_array((1, nv))], [csc_array((1, nv)), None], [identity, identity]]
-        )
-        Ab = block_array([[csc_array((1, N))], [csc_array(np.ones((1, N)))], [-incidence / 2.0]])
-        degree = np.asarray(incidence.sum(axis=1)).ravel()
+        half = eye_array(nv, format="csc") / 2.0
+        blank = _zeros(1, nv)
+        Ac = _stack([[_ones(1, nv), blank], [blank, blank], [half, half]])
+        Ab = _stack([[_zeros(1, N)], [_ones(1, N)], [-incidence / 2.0]])
+        degree = np.bincount(incidence.indices, minlength=nv)
         b = np.concatenate([[2.0 - nv, 2.0 - N], degree / 2.0 - 1.0])
-        Gc = block_array([[csc_array(vertices.T / 2.0), csc_array((n, nv))]])
+        Gc = _stack([[csc_array(vertices.T / 2.0), _zeros(n, nv)]])
         rows = np.split(incidence.indices, incidence.indptr[1:-1])
         cells = tuple(vertices[index] for index in rows)
-        return cls(Gc, csc_array((n, N)), vertices.sum(axis=0) / 2.0, Ac, Ab, b, cells)
+        return cls(Gc, _zeros(n, N), vertices.sum(axis=0) / 2.0, Ac, Ab, b, cells)
 
     @property
     def n(self) -> int:
@@ -163,8 +162,8 @@ class HybridZonotope:
         ng, nb = self.ng, self.nb
         constraints = []
         if self.nc:
-            rows = block_array([[self.Ac, 2.0 * self.Ab]])
-            offset = self.b + np.asarray(self.Ab.sum(axis=1)).ravel()
+            rows = _stack([[self.Ac, 2.0 * self.Ab]])
+            offset = self.b + self.Ab @ np.ones(nb)
             constraints.append(LinearConstraint(rows, offset, offset))
         for xi in excluded:
             cut = np.concatenate([np.zeros(ng), -xi])
@@ -182,9 +181,21 @@ class HybridZonotope:
         return np.asarray(2.0 * np.round(result.x[ng:]) - 1.0)
 
 
-def _sparse(value: ArrayLike | Matrix, name: str) -> Matrix:
+def _zeros(rows: int, columns: int) -> Matrix:
+    return csc_array((rows, columns), dtype=np.float64)
+
+
+def _ones(rows: int, columns: int) -> Matrix:
+    return csc_array(np.ones((rows, columns)))
+
+
+def _stack(blocks: list[list[Any]]) -> Matrix:
+    return csc_array(block_array(blocks))
+
+
+def _sparse(value: Any, name: str) -> Matrix:
     try:
-        matrix = csc_array(value, dtype=np.float64)
+        matrix = csc_array(value).astype(np.float64)
     except (TypeError, ValueError) as error:
         raise ShapeError(f"{name} must be a matrix of numbers: {error}") from error
     if matrix.ndim != 2:

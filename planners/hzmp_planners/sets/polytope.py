@@ -9,10 +9,10 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from hzmp_planners._arrays import Bools, Floats, as_floats, as_point, as_points, frozen
+from hzmp_planners._linprog import minimize_linear
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.errors import ShapeError, SolverError
 
@@ -132,13 +132,13 @@ class Polytope:
         return np.asarray(self.violation(X) <= tol)
 
     def support(self, d: ArrayLike) -> float:
-        """max of d.x over the polytope, d of shape (n,); -inf when empty."""
+        """Largest d.x over the polytope, d of shape (n,); -inf when empty."""
         direction = as_point(d, "d", self.n)
         return float((self.vertices @ direction).max(initial=-math.inf))
 
     def is_empty(self) -> bool:
         """True when no point satisfies the half-spaces."""
-        return self.vertices.shape[0] == 0
+        return len(self.vertices) == 0
 
     def interval_hull(self) -> tuple[Floats, Floats]:
         """Smallest axis-aligned box (lo, hi) around the polytope [m]."""
@@ -186,7 +186,11 @@ def _vertices(A: Floats, b: Floats) -> Floats:
     if radius > 10.0 * PLANE_TOL * scale:
         return _full_vertices(A, b, centre, radius)
     # Flat: keep the hyperplanes on which the whole set lies, and recurse inside them.
-    flat = [i for i in range(A.shape[0]) if _minimum(A, b, A[i]) >= b[i] - 1e-8 * scale]
+    flat = []
+    for i in range(A.shape[0]):
+        lowest = minimize_linear(A[i], upper=(A, b), purpose="width of a flat polytope")
+        if lowest is not None and lowest.value >= b[i] - 1e-8 * scale:
+            flat.append(i)
     _, values, axes = np.linalg.svd(A[flat], full_matrices=True)
     rank = int((values > 1e-9).sum())
     if rank == 0:
@@ -231,19 +235,14 @@ def _full_vertices(A: Floats, b: Floats, centre: Floats, radius: float) -> Float
 def _chebyshev(A: Floats, b: Floats) -> tuple[Floats | None, float]:
     """Centre and radius of a largest inscribed ball (None when empty)."""
     n = A.shape[1]
-    cost = np.zeros(n + 1)
-    cost[-1] = -1.0
-    rows = np.hstack([A, np.ones((A.shape[0], 1))])
     size = 1.0 + float(np.abs(b).max(initial=0.0))
-    bounds = [(None, None)] * n + [(0.0, 10.0 * size)]
-    result = linprog(cost, A_ub=rows, b_ub=b, bounds=bounds, method="highs")
-    if result.status == 2:
+    optimum = minimize_linear(
+        np.append(np.zeros(n), -1.0),
+        upper=(np.hstack([A, np.ones((len(b), 1))]), b),
+        lo=np.append(np.full(n, -math.inf), 0.0),
+        hi=np.append(np.full(n, math.inf), 10.0 * size),
+        purpose="largest ball in a polytope",
+    )
+    if optimum is None:
         return None, 0.0
-    if result.status != 0:
-        raise SolverError(f"largest inscribed ball: {result.message}")
-    return np.asarray(result.x[:n]), float(result.x[n])
-
-
-def _minimum(A: Floats, b: Floats, direction: Floats) -> float:
-    result = linprog(direction, A_ub=A, b_ub=b, bounds=(None, None), method="highs")
-    return float(result.fun) if result.status == 0 else -math.inf
+    return optimum.x[:n], float(optimum.x[n])

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import linprog
 
 from hzmp_planners._arrays import Bools, Floats, as_floats, as_point, as_points
-from hzmp_planners.errors import ShapeError, SolverError
+from hzmp_planners._linprog import minimize_linear
+from hzmp_planners.errors import ShapeError
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ class Zonotope:
         return int(self.G.shape[1])
 
     def support(self, d: ArrayLike) -> float:
-        """max of d.x over the set, d of shape (n,): d.c + |G'd|_1."""
+        """Largest d.x over the set, d of shape (n,): d.c + |G'd|_1."""
         direction = as_point(d, "d", self.n)
         return float(direction @ self.c + np.abs(self.G.T @ direction).sum())
 
@@ -66,21 +67,17 @@ def factor_residual(G: Floats, x: Floats, A: Floats, b: Floats) -> float:
         SolverError: the linear program ended without a verdict.
     """
     n, ng = G.shape
-    cost = np.append(np.zeros(ng), 1.0)
     ones = np.ones((n, 1))
-    result = linprog(
-        cost,
-        A_ub=np.vstack([np.hstack([G, -ones]), np.hstack([-G, -ones])]),
-        b_ub=np.concatenate([x, -x]),
-        A_eq=np.hstack([A, np.zeros((len(b), 1))]) if len(b) else None,
-        b_eq=b if len(b) else None,
-        bounds=[(-1.0, 1.0)] * ng + [(0.0, None)],
-        method="highs",
+    optimum = minimize_linear(
+        np.append(np.zeros(ng), 1.0),
+        upper=(np.block([[G, -ones], [-G, -ones]]), np.concatenate([x, -x])),
+        equal=(np.hstack([A, np.zeros((len(b), 1))]), b),
+        lo=np.append(-np.ones(ng), 0.0),
+        hi=np.append(np.ones(ng), math.inf),
+        purpose="membership of a point",
     )
-    if result.status == 2:
-        return float("inf")
-    if result.status != 0:
-        raise SolverError(f"point membership: {result.message}")
-    factors = np.clip(result.x[:-1], -1.0, 1.0)
+    if optimum is None:
+        return math.inf
+    factors = np.clip(optimum.x[:-1], -1.0, 1.0)
     gaps = np.concatenate([np.abs(G @ factors - x), np.abs(A @ factors - b)])
     return float(gaps.max(initial=0.0))
