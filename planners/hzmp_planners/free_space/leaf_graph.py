@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from hzmp_planners._arrays import Floats, Ints, frozen
+from hzmp_planners._links import component_labels
 from hzmp_planners.constants import FACE_TOL
 from hzmp_planners.free_space.merge import Complex
 from hzmp_planners.free_space.planes import PlaneTable
@@ -78,9 +77,7 @@ class LeafGraph:
 
     def components(self) -> Ints:
         """Connected component of each leaf, shape (N,); two components have no path between."""
-        i, j = self.ends[:, 0], self.ends[:, 1]
-        links = coo_array((np.ones(len(i)), (i, j)), shape=(self.leaf_count,) * 2)
-        return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+        return component_labels(self.ends, self.leaf_count)
 
 
 def build_leaf_graph(complex_: Complex, table: PlaneTable, scale: float) -> LeafGraph:

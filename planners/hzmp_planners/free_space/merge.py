@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats
+from hzmp_planners._links import component_labels
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.cell import Cell
 from hzmp_planners.free_space.planes import Facet, PlaneTable
@@ -33,8 +32,7 @@ def build_complex(cells: Sequence[Cell], scale: float) -> Complex:
     """Identify the vertices that cells have in common and drop facets that no longer bound."""
     points = np.vstack([cell.vertices for cell in cells])
     pairs = cKDTree(points).query_pairs(4.0 * PLANE_TOL * scale, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points),) * 2)
-    _, labels = connected_components(links, directed=False)
+    labels = component_labels(pairs, len(points))
     _, first, index = np.unique(labels, return_index=True, return_inverse=True)
     ids = index.tolist()
     leaves: list[FacetVertices] = []

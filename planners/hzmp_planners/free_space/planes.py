@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats
+from hzmp_planners._links import component_labels
 from hzmp_planners.constants import NORMAL_TOL, PLANE_TOL
 from hzmp_planners.sets import Polytope
 
@@ -43,8 +42,7 @@ def build_plane_table(polytopes: Sequence[Polytope], scale: float) -> PlaneTable
     keys = np.hstack([A, (b / scale)[:, None]])
     keys = np.vstack([keys, -keys])
     pairs = cKDTree(keys).query_pairs(max(NORMAL_TOL, 10.0 * PLANE_TOL), output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(2 * count,) * 2)
-    _, labels = connected_components(links, directed=False)
+    labels = component_labels(pairs, 2 * count)
     plane_of: dict[int, Facet] = {}
     representatives: list[int] = []
     table: list[Facet] = []

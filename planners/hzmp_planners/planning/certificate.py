@@ -15,10 +15,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._links import link_matrix
 
 SOURCE, TARGET = 0, 1
 
@@ -88,10 +88,9 @@ class Certificate:
     def _least_slack(self) -> tuple[Floats, Floats, Floats]:
         """Slack of each pair without violations, least sums from the start and to the goal."""
         weights = np.maximum(self.slack(), 0.0)
-        tail, head = self.graph.pairs.T
-        shape = (len(self.graph.corners),) * 2
-        ahead = dijkstra(csr_array((weights, (tail, head)), shape=shape), indices=[SOURCE])[0]
-        back = dijkstra(csr_array((weights, (head, tail)), shape=shape), indices=[TARGET])[0]
+        pairs, nodes = self.graph.pairs, len(self.graph.corners)
+        ahead = dijkstra(link_matrix(pairs, nodes, weights), indices=[SOURCE])[0]
+        back = dijkstra(link_matrix(pairs[:, ::-1], nodes, weights), indices=[TARGET])[0]
         return weights, ahead, back
 
     @property

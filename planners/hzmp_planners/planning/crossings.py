@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners._links import link_matrix
 from hzmp_planners.free_space import LeafGraph
 from hzmp_planners.planning.certificate import SOURCE, TARGET, CrossingGraph, Cuts
 from hzmp_planners.planning.detour import least_detour
@@ -59,9 +59,9 @@ def three_leg_bounds(graph: CrossingGraph) -> Floats:
     s, g = graph.corners[SOURCE, 0], graph.corners[TARGET, 0]
     tail, head = graph.corners[graph.pairs[:, 0]], graph.corners[graph.pairs[:, 1]]
     _, z = least_detour(head, s, g)
-    for _ in range(2):
-        _, x = least_detour(tail, s, z)
-        _, z = least_detour(head, x, g)
+    _, x = least_detour(tail, s, z)
+    _, z = least_detour(head, x, g)
+    _, x = least_detour(tail, s, z)
     first, last = _unit(x - s), _unit(g - z)
     middle = _unit(z - x)
     still = (np.linalg.norm(z - x, axis=1) < 1e-12)[:, None]
@@ -80,11 +80,11 @@ def prune_pairs(graph: CrossingGraph, kept: Bools) -> CrossingGraph:
     """Keep some pairs, then only what still lies on a way from start to goal."""
     pairs = graph.pairs[kept]
     count = len(graph.corners)
-    links = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
     ahead = np.zeros(count, dtype=np.bool_)
     back = np.zeros(count, dtype=np.bool_)
-    ahead[breadth_first_order(links, SOURCE, return_predecessors=False)] = True
-    back[breadth_first_order(links.T.tocsr(), TARGET, return_predecessors=False)] = True
+    for reached, ways, root in ((ahead, pairs, SOURCE), (back, pairs[:, ::-1], TARGET)):
+        links = link_matrix(ways, count)
+        reached[breadth_first_order(links, root, return_predecessors=False)] = True
     alive = ahead & back
     alive[[SOURCE, TARGET]] = True
     pairs = pairs[alive[pairs[:, 0]] & alive[pairs[:, 1]]]

@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners._links import component_labels
 
 
 def least_detour(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Floats]:
@@ -106,11 +105,7 @@ def bottleneck_bound(detours: Floats, ends: Ints, leaves: int, s: Ints, g: Ints)
     )
 
     def connects(count: int) -> bool:
-        links = np.concatenate([joined, ends[order[:count]]])
-        graph = coo_array(
-            (np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(leaves + 2,) * 2
-        )
-        labels = connected_components(graph, directed=False)[1]
+        labels = component_labels(np.concatenate([joined, ends[order[:count]]]), leaves + 2)
         return bool(labels[leaves] == labels[leaves + 1])
 
     if connects(0):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_array
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._clarabel import solve_socp
 from hzmp_planners.planning.certificate import TARGET, Certificate, CrossingGraph, Cuts
 
@@ -62,8 +62,8 @@ def solve_relaxation(
     first_pair = nodes * dof
     width = first_pair + count * (n + 1)
     middle = corners.mean(axis=1) / scale
-    rows: list[Floats] = []
-    columns: list[Floats] = []
+    rows: list[Ints] = []
+    columns: list[Ints] = []
     values: list[Floats] = []
     # Rows of a pair: k of phi_j(z) - u.(z - m) - t <= 0, k of u.(x - m) - phi_i(x) + t <= 0,
     # with m the middle of face i; then the cone |u| <= 1.
@@ -95,10 +95,8 @@ def solve_relaxation(
     b[top :: n + 1] = 1.0
     data = np.concatenate(values)
     kept = data != 0.0
-    A = csc_array(
-        (data[kept], (np.concatenate(rows)[kept], np.concatenate(columns)[kept])),
-        shape=(height, width),
-    )
+    entries = np.concatenate(rows)[kept], np.concatenate(columns)[kept]
+    A = csc_array((data[kept], entries), shape=(height, width), dtype=np.float64)
     cost = np.zeros(width)
     cost[TARGET * dof] = -1.0
     used = np.diff(A.indptr) > 0

@@ -13,6 +13,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners._links import link_matrix
 from hzmp_planners.free_space import LeafGraph
 
 START, GOAL = 0, 1
@@ -105,7 +106,7 @@ def _roadmap(
         heads.append(reached)
     i, j = np.concatenate(tails), np.concatenate(heads)
     lengths = np.linalg.norm(nodes[i] - nodes[j], axis=1)
-    return csr_array((lengths, (i, j)), shape=(len(nodes),) * 2)
+    return link_matrix(np.column_stack([i, j]), len(nodes), lengths)
 
 
 def _chain(before: Ints, node: int) -> list[int]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from hzmp_planners._links import link_matrix
 from hzmp_planners.planning.certificate import SOURCE, TARGET, Cuts
 from hzmp_planners.planning.relaxation import Relaxation
 
@@ -19,14 +19,14 @@ def flow_sequences(relaxation: Relaxation, most: int) -> list[list[int]]:
     of its pairs is damped, so that the next one differs where it can.
     """
     graph = relaxation.certificate.graph
-    tail, head = graph.pairs.T
+    tail = graph.pairs[:, 0]
     flow = np.maximum(relaxation.flow, 1e-12)
     nodes = len(graph.corners)
     sequences: list[list[int]] = []
     for _ in range(most):
         outgoing = np.bincount(tail, flow, minlength=nodes)
         weights = -np.log(np.minimum(flow / outgoing[tail], 1.0))
-        links = csr_array((weights, (tail, head)), shape=(nodes, nodes))
+        links = link_matrix(graph.pairs, nodes, weights)
         _, before = dijkstra(links, indices=[SOURCE], return_predecessors=True)
         node = TARGET
         chain: list[int] = []

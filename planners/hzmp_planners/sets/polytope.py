@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
-from hzmp_planners._arrays import Bools, Floats, as_floats, as_point, as_points, frozen
+from hzmp_planners._arrays import Bools, Floats, Ints, as_floats, as_point, as_points, frozen
 from hzmp_planners._linprog import minimize_linear
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.errors import ShapeError, SolverError
@@ -156,11 +156,11 @@ class Polytope:
             return 0.0
 
 
-def _hull(points: Floats) -> tuple[Floats, np.ndarray[tuple[int], np.dtype[np.intp]]]:
+def _hull(points: Floats) -> tuple[Floats, Ints]:
     """Facet normals (m, n), coplanar simplices merged, and indices of extreme points."""
     if points.shape[1] == 1:
         ends = np.unique([int(points[:, 0].argmin()), int(points[:, 0].argmax())])
-        return np.array([[1.0], [-1.0]]), ends.astype(np.intp)
+        return np.array([[1.0], [-1.0]]), ends.astype(np.int64)
     hull = ConvexHull(points)
     normals: list[Floats] = []
     offsets: list[float] = []
@@ -173,7 +173,7 @@ def _hull(points: Floats) -> tuple[Floats, np.ndarray[tuple[int], np.dtype[np.in
         else:
             normals.append(equation[:-1])
             offsets.append(equation[-1])
-    return np.array(normals), np.sort(hull.vertices)
+    return np.array(normals), np.sort(hull.vertices).astype(np.int64)
 
 
 def _vertices(A: Floats, b: Floats) -> Floats:

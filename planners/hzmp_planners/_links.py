@@ -1,0 +1,30 @@
+"""Graphs as sparse matrices, the form that scipy's graph routines take."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from hzmp_planners._arrays import Floats, Ints
+
+
+def link_matrix(pairs: Ints, nodes: int, weights: Floats | None = None) -> csr_array[np.float64]:
+    """Directed graph with an entry weight (1 when not given) at each of the distinct pairs.
+
+    Explicit zeros are edges of length 0 to scipy.sparse.csgraph.
+
+    Args:
+        pairs: shape (E, 2).
+        nodes: number of nodes.
+        weights: shape (E,).
+    """
+    values = np.ones(len(pairs)) if weights is None else weights
+    shape = (nodes, nodes)
+    return csr_array((values, (pairs[:, 0], pairs[:, 1])), shape=shape)
+
+
+def component_labels(pairs: Ints, nodes: int) -> Ints:
+    """Connected component of each node when pairs are undirected, shape (nodes,)."""
+    labels = connected_components(link_matrix(pairs, nodes), directed=False)[1]
+    return np.asarray(labels, dtype=np.int64)
