@@ -21,4 +21,41 @@ from hzmp_tracking import Limits as Limits
 from hzmp_tracking import Trajectory as Trajectory
 from hzmp_tracking import time_parameterize as time_parameterize
 
+from hzmp_sim.run import FlightLog as FlightLog
+from hzmp_sim.run import Run as Run
+from hzmp_sim.scene import Scene as Scene
+from hzmp_sim.scene import load_scene as load_scene
+from hzmp_sim.settings import RunSettings as RunSettings
+from hzmp_sim.simulation import simulate as simulate
+
 __version__ = "0.1.0"
+
+__all__ = [
+    "ConstrainedZonotope",
+    "Ellipsotope",
+    "FlightLog",
+    "FreeSpace",
+    "HybridZonotope",
+    "HzmpError",
+    "LeafGraph",
+    "Limits",
+    "Plan",
+    "PlanStatus",
+    "Polytope",
+    "QueryError",
+    "Run",
+    "RunSettings",
+    "Scene",
+    "SceneError",
+    "ShapeError",
+    "SharedFace",
+    "SolverError",
+    "Trajectory",
+    "Zonotope",
+    "__version__",
+    "load_scene",
+    "plan",
+    "simulate",
+    "time_parameterize",
+    "verify",
+]

@@ -14,15 +14,6 @@ import mujoco
 import numpy as np
 
 from hzmp_planners.errors import HzmpError, SceneError
-from hzmp_tracking import Limits
-from hzmp_tracking.controllers import (
-    BodyState,
-    Controller,
-    PointController,
-    QuadrotorController,
-    Reference,
-)
-
 from hzmp_sim.simulation.actuators import (
     VALID_BODIES,
     at_rest,
@@ -33,6 +24,14 @@ from hzmp_sim.simulation.actuators import (
     rigid_body,
     site_thrusts,
     slide_motor,
+)
+from hzmp_tracking import Limits
+from hzmp_tracking.controllers import (
+    BodyState,
+    Controller,
+    PointController,
+    QuadrotorController,
+    Reference,
 )
 
 _AXIS_TOL = 1e-6
@@ -185,6 +184,7 @@ class QuadrotorActuation(Actuation):
             self.controller = QuadrotorController(
                 mass, inertia, allocation, (ranges[:, 0], ranges[:, 1]),
                 motor_lag=lags[0], gravity=model.opt.gravity, centre_of_mass=com,
+                heading=math.atan2(rotation[1, 0], rotation[0, 0]),
             )  # fmt: skip
         except HzmpError as error:
             raise SceneError(f"body {body!r} cannot be flown: {error}") from error

@@ -6,6 +6,7 @@ import math
 
 import mujoco
 import numpy as np
+
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 

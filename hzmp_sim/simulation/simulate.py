@@ -93,9 +93,7 @@ def simulate(
         # Imported here: a run without files needs neither rerun nor matplotlib.
         from hzmp_sim.output.write import write_run
 
-        run.metrics["video"] = (
-            write_run(run, out, video=settings.video, command=command) or "run.mp4"
-        )
+        write_run(run, out, video=settings.video, command=command)
     return run
 
 

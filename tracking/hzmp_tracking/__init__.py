@@ -1,1 +1,12 @@
 """Trajectories in time and the controllers that follow them. Knows nothing of MuJoCo."""
+
+from hzmp_tracking.limits import Limits
+from hzmp_tracking.time_parameterize import time_parameterize
+from hzmp_tracking.trajectory import Sample, Trajectory
+
+__all__ = [
+    "Limits",
+    "Sample",
+    "Trajectory",
+    "time_parameterize",
+]

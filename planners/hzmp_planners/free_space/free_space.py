@@ -108,7 +108,7 @@ class FreeSpace:
         """The convex leaves, in the order of the columns of `incidence`."""
         A, b, starts = self._halfspaces
         pointers, rows = self.incidence.indptr, self.incidence.indices
-        stops = [*starts[1:].tolist(), len(b)]
+        stops = [*starts.tolist(), len(b)][1:]
         return tuple(
             Polytope.from_both_forms(
                 A[start:stop], b[start:stop], self.vertices[rows[pointers[i] : pointers[i + 1]]]

@@ -29,7 +29,10 @@ class Complex:
 
 
 def build_complex(cells: Sequence[Cell], scale: float) -> Complex:
-    """Identify the vertices that cells have in common and drop facets that no longer bound."""
+    """Identify the vertices that cells have in common and drop facets that no longer bound.
+
+    Cells smaller than the tolerance collapse and are left out.
+    """
     points = np.vstack([cell.vertices for cell in cells])
     pairs = cKDTree(points).query_pairs(4.0 * PLANE_TOL * scale, output_type="ndarray")
     labels = component_labels(pairs, len(points))
@@ -47,7 +50,8 @@ def build_complex(cells: Sequence[Cell], scale: float) -> Complex:
             if len(held) >= n:
                 on[facet] = held
         offset += len(cell.vertices)
-        leaves.append(on)
+        if len(on) > n:
+            leaves.append(on)
     return Complex(points[first], tuple(leaves))
 
 

@@ -65,9 +65,10 @@ def least_detour(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Floats]
 
 def _plane_crossing(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Bools]:
     """Where the mirrored s sees g through each polygon's plane, and whether inside the polygon."""
-    area = np.cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1)
-    normal = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
     base = corners[:, 0]
+    spokes = corners - base[:, None]
+    area = np.cross(spokes, np.roll(spokes, -1, axis=1)).sum(axis=1)
+    normal = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
     s_height = ((s - base) * normal).sum(axis=1, keepdims=True)
     g_height = ((g - base) * normal).sum(axis=1, keepdims=True)
     reach = np.abs(s_height) + np.abs(g_height)

@@ -208,7 +208,7 @@ class _Planning:
         graph = build_crossings(self._graph, self._query, self._detours < threshold, threshold)
         if len(graph.pairs) > _FEW_PAIRS:
             # Paths longer than this need no bound of their own: the gap is closed at it.
-            threshold = self._cost / (1.0 + self._gap)
+            threshold = self._target
             graph = build_crossings(self._graph, self._query, self._detours < threshold, threshold)
         parent: Certificate | None = None
         cuts: Cuts = {}
@@ -228,7 +228,7 @@ class _Planning:
                 if self._done():
                     return
                 self._try(leaf_route(self._graph, self._query, faces)[0])
-            threshold = min(threshold, self._cost / (1.0 + self._gap))
+            threshold = min(threshold, self._target)
             cuts = mixing_points(relaxation, max(4, len(graph.corners) // 6))
             kept = certificate.least_through() < threshold
             if not cuts and kept.all():
@@ -267,8 +267,13 @@ class _Planning:
     def _record(self) -> None:
         self._history.append((time.perf_counter() - self._began, self._cost, self._bound))
 
+    @property
+    def _target(self) -> float:
+        """Bound that closes the gap [m]; a few ulps more, so that no rounding opens it again."""
+        return self._cost / (1.0 + self._gap) * (1.0 + 1e-15)
+
     def _closed(self) -> bool:
-        return self._cost <= self._bound * (1.0 + self._gap)
+        return self._cost - self._bound <= self._gap * self._bound
 
     def _done(self) -> bool:
         return self._closed() or time.perf_counter() >= self._deadline

@@ -34,6 +34,9 @@ def certified_bound(plan: Plan) -> float:
     chain: list[Certificate] = []
     link: Certificate | None = plan.certificate
     while link is not None:
+        numbers = (link.potentials, link.directions, link.graph.corners)
+        if not all(np.isfinite(part).all() for part in numbers) or math.isnan(link.threshold):
+            return -math.inf
         chain.append(link)
         link = link.parent
     chain.reverse()
@@ -135,6 +138,8 @@ def _holds_short_ways(wider: CrossingGraph, certificate: Certificate) -> bool:
     needed = pairs[ahead[pairs[:, 0]] & back[pairs[:, 1]]]
     names = _names(wider)
     held = _names(certificate.graph)
+    if held[:2] != names[:2] or len(set(held)) < len(held):
+        return False
     present = {(held[i], held[j]) for i, j in certificate.graph.pairs.tolist()}
     return all((names[i], names[j]) in present for i, j in needed.tolist())
 

@@ -87,5 +87,6 @@ class ConstrainedZonotope:
         """Which of the points (k, n) lie in the set, up to `tol` in each coordinate; shape (k,)."""
         points = as_points(X, "X", self.n)
         return np.array(
-            [factor_residual(self.G, x - self.c, self.A, self.b) <= tol for x in points]
+            [factor_residual(self.G, x - self.c, self.A, self.b) <= tol for x in points],
+            dtype=np.bool_,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -96,8 +97,8 @@ class HybridZonotope:
         degree = np.bincount(incidence.indices, minlength=nv)
         b = np.concatenate([[2.0 - nv, 2.0 - N], degree / 2.0 - 1.0])
         Gc = _stack([[csc_array(vertices.T / 2.0), _zeros(n, nv)]])
-        rows = np.split(incidence.indices, incidence.indptr[1:-1])
-        cells = tuple(vertices[index] for index in rows)
+        spans = pairwise(incidence.indptr.tolist())
+        cells = tuple(vertices[incidence.indices[start:stop]] for start, stop in spans)
         return cls(Gc, _zeros(n, N), vertices.sum(axis=0) / 2.0, Ac, Ab, b, cells)
 
     @property

@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+from scipy.spatial import ConvexHull, QhullError
 
 from hzmp_planners._arrays import Bools, Floats, Ints, as_floats, as_point, as_points, frozen
 from hzmp_planners._linprog import minimize_linear
@@ -34,6 +34,8 @@ class Polytope:
         A, b = as_floats(self.A, "A", 2), as_floats(self.b, "b", 1)
         if A.shape[0] != b.shape[0]:
             raise ShapeError(f"A has {A.shape[0]} rows but b has {b.shape[0]} entries")
+        if A.size == 0:
+            raise ShapeError(f"A must have at least one row and one column, got shape {A.shape}")
         norms = np.linalg.norm(A, axis=1)
         if (norms == 0.0).any():
             raise ShapeError(f"row {int(np.argmin(norms))} of A is zero: not a half-space")
@@ -71,9 +73,11 @@ class Polytope:
         if points.shape[0] == 0 or points.shape[1] == 0:
             raise ShapeError(f"V must hold at least one point, got shape {points.shape}")
         centre = points.mean(axis=0)
-        size = max(float(np.abs(points - centre).max()), 1e-300)
+        size = float(np.abs(points - centre).max())
+        # Thinner than the tolerance, or than the round-off of coordinates far away, is flat.
+        thin = max(PLANE_TOL * size, 8.0 * np.finfo(np.float64).eps * float(np.abs(points).max()))
         _, spread, axes = np.linalg.svd(points - centre, full_matrices=True)
-        rank = int((spread > PLANE_TOL * size * math.sqrt(points.shape[0])).sum())
+        rank = int((spread > thin * math.sqrt(points.shape[0])).sum())
         basis, normals = axes[:rank], axes[rank:]
         coordinates = (points - centre) @ basis.T
         if rank == points.shape[1]:
@@ -214,17 +218,16 @@ def _full_vertices(A: Floats, b: Floats, centre: Floats, radius: float) -> Float
         if not math.isfinite(upper - lower):
             raise ShapeError("the polytope is unbounded: it has no vertex form")
         return np.array([[lower], [upper]])
-    # Scaled so that the inscribed ball has radius 1: qhull's tolerances are absolute.
-    local = HalfspaceIntersection(
-        np.hstack([A, (-(b - A @ centre) / radius)[:, None]]), np.zeros(A.shape[1])
-    )
-    points = local.intersections
-    if not np.isfinite(points).all():
-        raise ShapeError("the polytope is unbounded: it has no vertex form")
-    points = points * radius + centre
-    size = float(np.ptp(points, axis=0).max())
-    if size > 1e9 * radius:
+    # In units of the inscribed ball, since qhull's tolerances are absolute: the facets of the dual
+    # points' hull are the vertices, at distances 1 / -offset; the origin is inside iff bounded.
+    try:
+        facets = ConvexHull(A * (radius / (b - A @ centre))[:, None]).equations
+    except QhullError as error:
+        raise ShapeError("the polytope is unbounded: it has no vertex form") from error
+    if facets[:, -1].max() > -1e-9:
         raise ShapeError("the polytope is unbounded or a sliver: it has no usable vertex form")
+    points = centre - radius * facets[:, :-1] / facets[:, -1:]
+    size = float(np.ptp(points, axis=0).max())
     found: list[Floats] = []
     for point in points:
         if all(np.abs(point - other).max() > 1e-9 * max(size, 1e-3) for other in found):

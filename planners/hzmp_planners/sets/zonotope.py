@@ -54,7 +54,8 @@ class Zonotope:
         points = as_points(X, "X", self.n)
         empty = np.zeros((0, self.ng))
         return np.array(
-            [factor_residual(self.G, x - self.c, empty, np.zeros(0)) <= tol for x in points]
+            [factor_residual(self.G, x - self.c, empty, np.zeros(0)) <= tol for x in points],
+            dtype=np.bool_,
         )
 
 

@@ -1,0 +1,61 @@
+"""How a recording opens: the world on the left, plots and text on the right."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import rerun.blueprint as rrb
+
+from hzmp_sim.output.framing import eye
+
+if TYPE_CHECKING:
+    from hzmp_sim.run import Run
+
+SIM_TIME = "sim_time"
+"""Timeline of the flight: simulated time."""
+PLAN_TIME = "plan_time"
+"""Timeline of the search: time since the planner was called."""
+
+
+def blueprint(run: Run) -> rrb.Blueprint:
+    """Views of the entities that `write_recording` logs; what would clutter is switched off."""
+    position, target = eye(run.scene)
+    hidden = ["space/grown_obstacles", "space/faces", "plan/samples"]
+    if run.scene.n == 3:
+        hidden.append("space/leaves")
+    spatial = rrb.Spatial3DView(
+        origin="/",
+        name="World",
+        contents=["+ /**", "- /flight/**", "- /plan/cost", "- /plan/lower_bound", "- /summary"],
+        overrides={entity: rrb.EntityBehavior(visible=False) for entity in hidden},
+        eye_controls=rrb.EyeControls3D(position=position, look_target=target, eye_up=[0, 0, 1]),
+        background=[245, 246, 248, 255],
+    )
+    plots = (
+        ("clearance", "Clearance [m]"),
+        ("tracking_error", "Tracking error [m]"),
+        ("speed", "Speed [m/s]"),
+        ("control", "Controls"),
+    )
+    # The titles name the curves: legends would cover them.
+    bare = rrb.PlotLegend(visible=False)
+    flight = rrb.Vertical(
+        *(
+            rrb.TimeSeriesView(origin=f"flight/{entity}", name=title, plot_legend=bare)
+            for entity, title in plots
+        ),
+        name="Flight",
+    )
+    search = rrb.TimeSeriesView(
+        origin="plan",
+        contents=["/plan/cost", "/plan/lower_bound"],
+        name="Search (timeline plan_time)",
+    )
+    text = rrb.TextDocumentView(origin="summary", name="Summary")
+    tabs = rrb.Tabs(flight, search, active_tab=0 if run.log is not None else 1)
+    return rrb.Blueprint(
+        rrb.Horizontal(spatial, rrb.Vertical(tabs, text, row_shares=[3, 2]), column_shares=[2, 1]),
+        rrb.TimePanel(timeline=SIM_TIME if run.log is not None else PLAN_TIME, state="collapsed"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )

@@ -1,0 +1,85 @@
+"""What a run proves or measured, and under which assumptions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from hzmp_planners.planning import PlanStatus
+from hzmp_sim.output.summary import number, percent
+
+if TYPE_CHECKING:
+    from hzmp_sim.run import Run
+
+
+class Claim(NamedTuple):
+    """One statement about a run."""
+
+    kind: str
+    """ "proved" or "measured"."""
+    holds: bool
+    statement: str
+    assumptions: str
+
+
+def claims(run: Run) -> list[Claim]:
+    """The statements that this run supports, proofs first."""
+    found = [*_plan_claims(run)]
+    m, scene = run.metrics, run.scene
+    if run.trajectory is not None:
+        value = float(run.trajectory.containment)
+        found.append(
+            Claim(
+                "proved",
+                value <= 0.0,
+                f"At every instant the reference stays in its convex cells: the largest signed "
+                f"distance to a facet is {number(value)} m (at most 0 is inside).",
+                "Extrema of each cubic piece against each facet in closed form, in double "
+                "precision. It is the reference that is proved; the flown way differs by the "
+                f"tracking error, at most {number(m.get('tracking_error_max_m'))} m here.",
+            )
+        )
+    if run.log is not None:
+        hits, steps = int(m["collision_steps"]), len(run.log.time)
+        found.append(
+            Claim(
+                "measured",
+                hits == 0,
+                f"MuJoCo reported the body in penetrating contact at {hits} of {steps} physics "
+                f"steps; the smallest distance to an obstacle was "
+                f"{number(m.get('min_clearance_m'))} m ({scene.clearance:g} m was planned).",
+                "Contacts and distances of the colliding geoms at each physics step, not between "
+                "steps.",
+            )
+        )
+    return found
+
+
+def _plan_claims(run: Run) -> list[Claim]:
+    plan, scene = run.plan, run.scene
+    model = (
+        f"The body is a {'disc' if scene.n == 2 else 'ball'} of {number(scene.radius)} m about its "
+        f"centre, kept {scene.clearance:g} m from obstacles; each obstacle is a convex polytope "
+        f"around the geom, at most {number(scene.tolerance)} m too large."
+    )
+    if plan.status is PlanStatus.INFEASIBLE:
+        return [
+            Claim(
+                "proved",
+                True,
+                "No path exists: start and goal lie in parts of the free space that no shared "
+                "face of two leaves connects.",
+                model + " A body that fits only when turned, or without the clearance, may pass.",
+            )
+        ]
+    if plan.status is PlanStatus.TIME_LIMIT:
+        return []
+    return [
+        Claim(
+            "proved",
+            True,
+            f"No path is shorter than {number(plan.lower_bound)} m, so this one of "
+            f"{number(plan.cost)} m is too long by {percent(plan.gap)} % at most.",
+            model + " Length of the centre's path; solved to the residuals that verification "
+            "reports, in double precision.",
+        )
+    ]

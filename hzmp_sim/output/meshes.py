@@ -1,0 +1,148 @@
+"""Triangles of geoms and polytopes, for drawing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from hzmp_planners.sets import Polytope
+
+if TYPE_CHECKING:
+    from hzmp_planners._arrays import Floats, Ints
+
+_DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)  # what MuJoCo gives a geom without a colour
+
+
+def geom_colour(model: mujoco.MjModel, geom: int) -> Floats:
+    """Colour (4,) in [0, 1] as MuJoCo draws it: the geom's own, else its material's."""
+    own = np.asarray(model.geom_rgba[geom], dtype=np.float64)
+    material = int(model.geom_matid[geom])
+    if material >= 0 and np.allclose(own, _DEFAULT_RGBA):
+        return np.asarray(model.mat_rgba[material], dtype=np.float64)
+    return own
+
+
+def mesh_triangles(model: mujoco.MjModel, geom: int) -> tuple[Floats, Ints]:
+    """Vertices (k, 3) [m] in the geom's frame and triangles (m, 3) of a mesh geom.
+
+    A geom that can collide is given as its convex hull, which is what MuJoCo collides.
+    """
+    mesh = int(model.geom_dataid[geom])
+    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    vertices = np.asarray(model.mesh_vert[first : first + count], dtype=np.float64)
+    if model.geom_contype[geom] or model.geom_conaffinity[geom]:
+        return hull_triangles(vertices)
+    first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+    return vertices, model.mesh_face[first : first + count].astype(np.int64)
+
+
+def hull_triangles(points: Floats) -> tuple[Floats, Ints]:
+    """Vertices (k, 3) and triangles (m, 3) of the convex hull of points (j, 3), seen from outside.
+
+    A flat set has no triangles.
+    """
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):  # ValueError: no points at all
+        return points, np.zeros((0, 3), np.int64)
+    used, triangles = np.unique(hull.simplices, return_inverse=True)
+    triangles = triangles.reshape(-1, 3).astype(np.int64)
+    vertices = np.asarray(points[used])
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return vertices, triangles
+
+
+def polytope_outline(polytope: Polytope) -> list[Floats]:
+    """What to draw of a polytope: its closed outline in 2-D, its edges (2, 3) in 3-D."""
+    vertices = polytope.vertices
+    if polytope.n == 2:
+        ring = counter_clockwise(vertices)
+        return [np.vstack([ring, ring[:1]])]
+    held = polytope.incidence.astype(np.int64)
+    # Two vertices with n - 1 = 2 facets in common span an edge.
+    pairs = np.argwhere(np.triu(held @ held.T >= 2, 1))
+    return [vertices[pair] for pair in pairs]
+
+
+def within(polytope: Polytope, lo: Floats, hi: Floats) -> Polytope:
+    """The part of a polytope in the box [lo, hi], for drawing; empty when there is none."""
+    low, high = polytope.interval_hull()
+    if (low >= lo).all() and (high <= hi).all():
+        return polytope
+    box = Polytope.from_box(lo, hi)
+    return Polytope(np.vstack([polytope.A, box.A]), np.concatenate([polytope.b, box.b]))
+
+
+def counter_clockwise(vertices: Floats) -> Floats:
+    """The vertices (k, 2) of a convex polygon in counter-clockwise order."""
+    offset = vertices - vertices.mean(axis=0)
+    return np.asarray(vertices[np.argsort(np.arctan2(offset[:, 1], offset[:, 0]))])
+
+
+def plane_in_box(point: Floats, normal: Floats, lo: Floats, hi: Floats) -> Floats:
+    """Polygon (k, 3) in which the plane through `point` meets the box [lo, hi]; k = 0 if nowhere.
+
+    A plane on a side of the box gives that side.
+    """
+    _, _, axes = np.linalg.svd(normal[None, :])
+    u, v = axes[1], axes[2]
+    centre = (lo + hi) / 2
+    middle = centre - normal * float(normal @ (centre - point))
+    size = float(np.linalg.norm(hi - lo))
+    corners = [middle + size * (a * u + b * v) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+    for axis in range(3):
+        for sign, limit in ((1.0, hi[axis]), (-1.0, -lo[axis])):
+            depth = [limit - sign * corner[axis] + 1e-9 * size for corner in corners]
+            corners = _clip(corners, depth)
+    return np.array(corners).reshape(-1, 3)
+
+
+def _clip(corners: list[Floats], depth: list[float]) -> list[Floats]:
+    """The part of a convex polygon with depth >= 0 (Sutherland and Hodgman 1974)."""
+    kept: list[Floats] = []
+    for i, (corner, here) in enumerate(zip(corners, depth, strict=True)):
+        before, there = corners[i - 1], depth[i - 1]
+        if (here < 0.0) != (there < 0.0):
+            kept.append(before + there / (there - here) * (corner - before))
+        if here >= 0.0:
+            kept.append(corner)
+    return kept
+
+
+def geom_points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats | None:
+    """World points (k, 3) whose convex hull is the geom, up to a few percent of a rounding.
+
+    None for what has no bounded hull (planes) or is never an obstacle (height fields, SDFs).
+    """
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    circle = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(24)])
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        local = size * np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
+    elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        local = np.vstack([circle * size[0] + [0, 0, h] for h in (-size[1], size[1])])
+    elif kind == mujoco.mjtGeom.mjGEOM_MESH:
+        local, _ = mesh_triangles(model, geom)
+    elif kind in _ROUND:
+        rings = np.linspace(-np.pi / 2, np.pi / 2, 13)
+        ball = np.vstack([circle * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in rings])
+        if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+            local = ball * size
+        else:
+            half = size[1] if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else 0.0
+            local = ball * size[0] + np.sign(ball[:, 2:]) * [0.0, 0.0, half]
+    else:
+        return None
+    return np.asarray(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
+
+
+_ROUND = (
+    mujoco.mjtGeom.mjGEOM_SPHERE,
+    mujoco.mjtGeom.mjGEOM_CAPSULE,
+    mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+)

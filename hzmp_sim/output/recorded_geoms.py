@@ -1,0 +1,157 @@
+"""MuJoCo geoms as rerun shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+import rerun as rr
+
+from hzmp_sim.output.framing import workspace_box
+from hzmp_sim.output.meshes import geom_colour, mesh_triangles, plane_in_box
+
+if TYPE_CHECKING:
+    from hzmp_planners._arrays import Floats, Ints
+    from hzmp_sim.scene import Scene
+
+_VISIBLE_GROUPS = 3
+"""Geoms of groups 0 to 2 are what MuJoCo draws by default; the rest go under `collision`."""
+
+_Kind = mujoco.mjtGeom
+
+
+def log_geoms(
+    recording: rr.RecordingStream,
+    root: str,
+    scene: Scene,
+    data: mujoco.MjData,
+    geoms: Sequence[int],
+    body: int = 0,
+) -> None:
+    """Log `geoms`, a batch a type, below the entity `root` in the frame of `body` (0: world)."""
+    model = scene.model
+    folders: dict[tuple[str, int], list[int]] = {}
+    for geom in geoms:
+        folder = root if model.geom_group[geom] < _VISIBLE_GROUPS else f"{root}/collision"
+        folders.setdefault((folder, int(model.geom_type[geom])), []).append(geom)
+    for (folder, kind), members in folders.items():
+        poses = [_pose(data, geom, body) for geom in members]
+        if kind == _Kind.mjGEOM_MESH:
+            for geom, pose in zip(members, poses, strict=True):
+                _log_mesh(recording, folder, scene, geom, pose)
+        elif kind == _Kind.mjGEOM_PLANE:
+            for geom in members:
+                _log_plane(recording, folder, scene, data, geom)
+        else:
+            _log_primitives(recording, folder, scene, kind, members, poses)
+
+
+def _log_primitives(
+    recording: rr.RecordingStream,
+    folder: str,
+    scene: Scene,
+    kind: int,
+    geoms: list[int],
+    poses: list[tuple[Floats, Floats]],
+) -> None:
+    model = scene.model
+    size = model.geom_size[geoms]
+    centres = np.array([position for position, _ in poses])
+    quaternions = np.array([_xyzw(matrix) for _, matrix in poses])
+    colors = [_colour8(model, geom) for geom in geoms]
+    labels = [scene.geom_name(geom) for geom in geoms]
+    shape: rr.AsComponents
+    if kind == _Kind.mjGEOM_BOX:
+        name, shape = "boxes", rr.Boxes3D(
+            centers=centres, half_sizes=size, quaternions=quaternions, colors=colors,
+            labels=labels, show_labels=False, fill_mode="solid",
+        )  # fmt: skip
+    elif kind in (_Kind.mjGEOM_SPHERE, _Kind.mjGEOM_ELLIPSOID):
+        sphere = kind == _Kind.mjGEOM_SPHERE
+        name, shape = "spheres" if sphere else "ellipsoids", rr.Ellipsoids3D(
+            centers=centres, half_sizes=np.repeat(size[:, :1], 3, axis=1) if sphere else size,
+            quaternions=quaternions, colors=colors, labels=labels, show_labels=False,
+            fill_mode="solid",
+        )  # fmt: skip
+    elif kind == _Kind.mjGEOM_CAPSULE:
+        # rerun measures a capsule from one end of its axis, MuJoCo from the middle.
+        ends = [p - m[:, 2] * size[i, 1] for i, (p, m) in enumerate(poses)]
+        name, shape = "capsules", rr.Capsules3D(
+            translations=ends, lengths=2 * size[:, 1], radii=size[:, 0], quaternions=quaternions,
+            colors=colors, labels=labels, show_labels=False, fill_mode="solid",
+        )  # fmt: skip
+    elif kind == _Kind.mjGEOM_CYLINDER:
+        name, shape = "cylinders", rr.Cylinders3D(
+            centers=centres, lengths=2 * size[:, 1], radii=size[:, 0], quaternions=quaternions,
+            colors=colors, labels=labels, show_labels=False, fill_mode="solid",
+        )  # fmt: skip
+    else:
+        return  # height fields and SDFs are refused as obstacles; as decoration they are left out
+    recording.log(f"{folder}/{name}", shape, static=True)
+
+
+def _log_mesh(
+    recording: rr.RecordingStream,
+    folder: str,
+    scene: Scene,
+    geom: int,
+    pose: tuple[Floats, Floats],
+) -> None:
+    vertices, triangles = mesh_triangles(scene.model, geom)
+    position, matrix = pose
+    _log_triangles(recording, folder, scene, geom, vertices @ matrix.T + position, triangles)
+
+
+def _log_plane(
+    recording: rr.RecordingStream, folder: str, scene: Scene, data: mujoco.MjData, geom: int
+) -> None:
+    """The part of an infinite plane that lies in the workspace (planar: below or above it too)."""
+    lo, hi = workspace_box(scene)
+    position, matrix = _pose(data, geom, 0)
+    if scene.n == 2:
+        lo, hi = (
+            np.append(lo[:2], min(lo[2], position[2])),
+            np.append(hi[:2], max(hi[2], position[2])),
+        )
+    polygon = plane_in_box(position, matrix[:, 2], lo, hi)
+    if len(polygon) < 3:
+        return
+    second = np.arange(1, len(polygon) - 1)
+    triangles = np.column_stack([np.zeros_like(second), second, second + 1])
+    _log_triangles(recording, folder, scene, geom, polygon, triangles)
+
+
+def _log_triangles(
+    recording: rr.RecordingStream,
+    folder: str,
+    scene: Scene,
+    geom: int,
+    vertices: Floats,
+    triangles: Ints,
+) -> None:
+    name = rr.escape_entity_path_part(scene.geom_name(geom))
+    mesh = rr.Mesh3D(
+        vertex_positions=vertices,
+        triangle_indices=triangles,
+        albedo_factor=_colour8(scene.model, geom),
+    )
+    recording.log(f"{folder}/{name}", mesh, static=True)
+
+
+def _pose(data: mujoco.MjData, geom: int, body: int) -> tuple[Floats, Floats]:
+    """Position (3,) and rotation (3, 3) of a geom in the frame of a body."""
+    turn = data.xmat[body].reshape(3, 3)
+    position = turn.T @ (data.geom_xpos[geom] - data.xpos[body])
+    return position, turn.T @ data.geom_xmat[geom].reshape(3, 3)
+
+
+def _xyzw(matrix: Floats) -> Floats:
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(matrix).ravel())
+    return np.roll(quaternion, -1)
+
+
+def _colour8(model: mujoco.MjModel, geom: int) -> tuple[int, ...]:
+    return tuple(int(value) for value in np.round(255 * geom_colour(model, geom)))

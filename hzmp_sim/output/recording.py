@@ -1,0 +1,265 @@
+"""The run as a rerun recording (.rrd), with a blueprint that lays the views out.
+
+Entities: `world` (geoms that do not move), `bodies/<name>` (geoms of each moving body under its
+transform), `space` (leaves, shared faces, grown obstacles), `plan`, `trajectory`, `flight`
+(scalars) and `summary`. Timelines: `sim_time` for the flight, `plan_time` for the search.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+import rerun as rr
+
+from hzmp_sim.output import palette
+from hzmp_sim.output.blueprint import PLAN_TIME, SIM_TIME, blueprint
+from hzmp_sim.output.framing import workspace_box
+from hzmp_sim.output.meshes import counter_clockwise, hull_triangles, polytope_outline
+from hzmp_sim.output.recorded_geoms import log_geoms
+from hzmp_sim.output.summary import informed_times, summary_markdown
+
+if TYPE_CHECKING:
+    from hzmp_planners._arrays import Floats, Ints
+    from hzmp_sim.run import FlightLog, Run
+
+POSE_RATE_HZ = 100.0
+"""Poses of bodies are recorded at most this often [Hz]."""
+_TRAJECTORY_POINTS = 600
+_WIRES = rr.components.FillMode.MajorWireframe
+
+
+def write_recording(run: Run, path: Path) -> None:
+    """Write everything known about `run` to `path` (run.rrd); needs neither viewer nor network."""
+    recording = rr.RecordingStream("hzmp_sim", recording_id=run.scene.path.as_posix())
+    recording.set_log_tick_enabled(False)  # only our timelines: recordings are reproducible
+    recording.set_log_time_enabled(False)
+    recording.save(path, default_blueprint=blueprint(run))
+    recording.send_recording_name(run.scene.path.parent.name or run.scene.path.stem)
+    line = 0.0015 * float(np.linalg.norm(np.subtract(*workspace_box(run.scene))))
+    _log_world(recording, run)
+    _log_space(recording, run, line)
+    _log_plan(recording, run, line)
+    if run.log is not None:
+        _log_flight(recording, run, run.log, line)
+    document = rr.TextDocument(summary_markdown(run), media_type=rr.MediaType.MARKDOWN)
+    recording.log("summary", document, static=True)
+    recording.flush()
+    recording.disconnect()
+
+
+def _log_world(recording: rr.RecordingStream, run: Run) -> None:
+    model = run.scene.model
+    data = mujoco.MjData(model)
+    data.qpos[:] = run.scene.initial_qpos
+    mujoco.mj_kinematics(model, data)
+    recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    lo, hi = workspace_box(run.scene)
+    box = rr.Boxes3D(
+        mins=[lo], sizes=[hi - lo], colors=[palette.rgba8(palette.INK)], fill_mode=_WIRES
+    )
+    recording.log("world/workspace", box, static=True)
+    geoms = range(model.ngeom)
+    fixed = [geom for geom in geoms if model.body_weldid[model.geom_bodyid[geom]] == 0]
+    log_geoms(recording, "world", run.scene, data, fixed)
+    for body in sorted({int(model.geom_bodyid[geom]) for geom in geoms if geom not in fixed}):
+        held = [geom for geom in geoms if model.geom_bodyid[geom] == body]
+        log_geoms(recording, _entity(model, body), run.scene, data, held, body=body)
+        if run.log is None:
+            still = rr.Transform3D(
+                translation=data.xpos[body], quaternion=rr.Quaternion(xyzw=_xyzw(data.xquat[body]))
+            )
+            recording.log(_entity(model, body), still, static=True)
+
+
+def _log_space(recording: rr.RecordingStream, run: Run, line: float) -> None:
+    scene, space = run.scene, run.space
+    edges = [scene.to_world(strip) for leaf in space.leaves for strip in polytope_outline(leaf)]
+    _strips(recording, "space/leaves", edges, palette.LEAF, line / 2)
+    faces = [face.vertices for face in space.graph.faces]
+    rings = [scene.to_world(np.vstack([corners, corners[:1]])) for corners in faces]
+    _strips(recording, "space/faces", rings, palette.FACE, line / 2)
+    if scene.n == 2:
+        fans = [_fan(scene.to_world(counter_clockwise(leaf.vertices))) for leaf in space.leaves]
+        _triangles(recording, "space/cells", fans, palette.LEAF, 0.25)
+        grown = [_fan(scene.to_world(counter_clockwise(P.vertices))) for P in scene.obstacles]
+    else:
+        grown = [hull_triangles(obstacle.vertices) for obstacle in scene.obstacles]
+    _triangles(recording, "space/grown_obstacles", grown, palette.GROWN, 0.35)
+
+
+def _log_plan(recording: rr.RecordingStream, run: Run, line: float) -> None:
+    scene, plan = run.scene, run.plan
+    ends = rr.Points3D(
+        scene.to_world(np.array([scene.start, scene.goal])),
+        colors=[palette.rgba8(palette.START), palette.rgba8(palette.GOAL)],
+        labels=["start", "goal"],
+        radii=4 * line,
+    )
+    recording.log("plan/ends", ends, static=True)
+    if len(plan.samples):
+        points = rr.Points3D(
+            scene.to_world(plan.samples), colors=[palette.rgba8(palette.SAMPLE)], radii=line
+        )
+        recording.log("plan/samples", points, static=True)
+    if len(plan.waypoints):
+        _strips(recording, "plan/path", [scene.to_world(plan.waypoints)], palette.PATH, 2 * line)
+    recording.reset_time()
+    for seconds, informed in zip(informed_times(plan), plan.informed, strict=True):
+        recording.set_time(PLAN_TIME, duration=seconds)
+        recording.log("plan/informed_sets", _ellipsotope(run, informed.c, informed.G, line))
+    recording.reset_time()
+    if plan.informed:
+        last = plan.informed[-1]
+        recording.log("plan/informed_set", _ellipsotope(run, last.c, last.G, line), static=True)
+    series = (("cost", 1, palette.PATH), ("lower_bound", 2, palette.BOUND))
+    for name, column, colour in series:
+        values = np.array([row[column] for row in plan.history], dtype=np.float64)
+        known = np.isfinite(values)
+        times = np.array([row[0] for row in plan.history], dtype=np.float64)[known]
+        _scalars(
+            recording, f"plan/{name}", PLAN_TIME, times, values[known], [f"{name} [m]"], [colour]
+        )
+
+
+def _log_flight(recording: rr.RecordingStream, run: Run, log: FlightLog, line: float) -> None:
+    scene = run.scene
+    if run.trajectory is not None:
+        times = np.linspace(0.0, run.trajectory.duration, _TRAJECTORY_POINTS)
+        way = scene.to_world(run.trajectory.sample(times).position)
+        _strips(recording, "trajectory/reference", [way], palette.BOUND, line)
+    every = max(1, len(log.time) // _TRAJECTORY_POINTS)
+    flown = np.vstack([log.position[::every], log.position[-1:]])
+    _strips(recording, "trajectory/flown", [flown], palette.FLOWN, line)
+    speed = np.linalg.norm(log.velocity, axis=1)
+    clear = np.isfinite(log.clearance)
+    for name, rows, values, unit, colour in (
+        ("clearance", clear, log.clearance, "m", palette.BOUND),
+        ("tracking_error", slice(None), log.tracking_error, "m", palette.FLOWN),
+        ("speed", slice(None), speed, "m/s", palette.PATH),
+    ):
+        label = f"{name.replace('_', ' ')} [{unit}]"
+        _scalars(
+            recording, f"flight/{name}", SIM_TIME, log.time[rows], values[rows], [label], [colour]
+        )
+    if log.control.shape[1]:
+        names = [f"control {i}" for i in range(log.control.shape[1])]
+        _scalars(recording, "flight/control", SIM_TIME, log.time, log.control, names, None)
+    _log_poses(recording, run, log)
+
+
+def _log_poses(recording: rr.RecordingStream, run: Run, log: FlightLog) -> None:
+    """Transforms of all moving bodies that carry geoms, at most POSE_RATE_HZ."""
+    model = run.scene.model
+    rows = pose_rows(log.time)
+    carriers = {int(body) for body in model.geom_bodyid if model.body_weldid[body] != 0}
+    bodies = np.array(sorted(carriers), dtype=np.int64)
+    positions, quaternions = (
+        np.empty((len(rows), len(bodies), 3)),
+        np.empty((len(rows), len(bodies), 4)),
+    )
+    data = mujoco.MjData(model)
+    for i, row in enumerate(rows):
+        data.qpos[:] = log.qpos[row]
+        mujoco.mj_kinematics(model, data)
+        positions[i], quaternions[i] = data.xpos[bodies], data.xquat[bodies]
+    for k, body in enumerate(bodies):
+        recording.send_columns(
+            _entity(model, int(body)),
+            indexes=[rr.TimeColumn(SIM_TIME, duration=log.time[rows])],
+            columns=rr.Transform3D.columns(
+                translation=positions[:, k], quaternion=_xyzw(quaternions[:, k])
+            ),
+        )
+
+
+def pose_rows(times: Floats) -> Ints:
+    """Rows of a log, at least 1 / POSE_RATE_HZ apart, with the first and the last."""
+    if len(times) < 2:
+        return np.arange(len(times))
+    every = max(1, round(1.0 / POSE_RATE_HZ / float(times[1] - times[0])))
+    return np.unique(np.append(np.arange(0, len(times), every), len(times) - 1))
+
+
+def _ellipsotope(run: Run, c: Floats, G: Floats, line: float) -> rr.AsComponents:
+    colour = palette.rgba8(palette.INFORMED)
+    if run.scene.n == 2:
+        angle = np.linspace(0.0, 2.0 * np.pi, 121)
+        ring = c + np.column_stack([np.cos(angle), np.sin(angle)]) @ G.T
+        return rr.LineStrips3D([run.scene.to_world(ring)], colors=[colour], radii=line)
+    axes, lengths, _ = np.linalg.svd(G)
+    axes[:, 2] *= np.linalg.det(axes)  # a rotation, not a reflection
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
+    return rr.Ellipsoids3D(
+        centers=[c],
+        half_sizes=[lengths],
+        quaternions=[rr.Quaternion(xyzw=_xyzw(quaternion))],
+        colors=[colour],
+        line_radii=line / 2,
+        fill_mode=_WIRES,
+    )
+
+
+def _strips(
+    recording: rr.RecordingStream, entity: str, strips: list[Floats], colour: str, radius: float
+) -> None:
+    lines = rr.LineStrips3D(strips, colors=[palette.rgba8(colour)], radii=radius)
+    recording.log(entity, lines, static=True)
+
+
+def _fan(ring: Floats) -> tuple[Floats, Ints]:
+    """Vertices and triangles of a convex polygon whose corners are given in order."""
+    second = np.arange(1, len(ring) - 1)
+    return ring, np.column_stack([np.zeros_like(second), second, second + 1])
+
+
+def _triangles(
+    recording: rr.RecordingStream,
+    entity: str,
+    parts: list[tuple[Floats, Ints]],
+    colour: str,
+    alpha: float,
+) -> None:
+    if not parts:
+        return
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts[:-1])])
+    mesh = rr.Mesh3D(
+        vertex_positions=np.vstack([vertices for vertices, _ in parts]),
+        triangle_indices=np.vstack(
+            [triangles + start for (_, triangles), start in zip(parts, starts, strict=True)]
+        ),
+        albedo_factor=palette.rgba8(colour, alpha),
+    )
+    recording.log(entity, mesh, static=True)
+
+
+def _scalars(
+    recording: rr.RecordingStream,
+    entity: str,
+    timeline: str,
+    times: Floats,
+    values: Floats,
+    names: list[str],
+    colours: list[str] | None,
+) -> None:
+    if not len(times):
+        return
+    colors = None if colours is None else [palette.rgba8(colour) for colour in colours]
+    recording.log(entity, rr.SeriesLines(names=names, colors=colors), static=True)
+    recording.send_columns(
+        entity,
+        indexes=[rr.TimeColumn(timeline, duration=times)],
+        columns=rr.Scalars.columns(scalars=values),
+    )
+
+
+def _entity(model: mujoco.MjModel, body: int) -> str:
+    name = model.body(body).name or f"body{body}"
+    return f"bodies/{rr.escape_entity_path_part(name)}"
+
+
+def _xyzw(wxyz: Floats) -> Floats:
+    return np.roll(wxyz, -1, axis=-1)  # rerun wants the scalar last

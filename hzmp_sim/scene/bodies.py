@@ -1,0 +1,224 @@
+"""The body that moves: which one it is, how it can move, and how much room it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.errors import SceneError
+from hzmp_sim.scene.geoms import HalfSpace, geom_name, geom_shape, reach
+from hzmp_sim.scene.planar import vertical_range
+from hzmp_sim.worlds import body_path
+
+BUNDLED = ("point", "quadrotor")
+"""Bodies that can be attached to any world."""
+
+_JOINT = mujoco.mjtJoint
+_PREFIX = "flown/"
+
+
+class _Element(Protocol):
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """The moving body of a compiled model."""
+
+    id: int
+    name: str
+    planar: bool
+    """Moves in a horizontal plane only."""
+    centre: Floats
+    """Where its frame stands at qpos0, shape (3,) [m]."""
+    geoms: tuple[int, ...]
+    """Its colliding geoms, those of welded children included."""
+    radius: float
+    """Of the ball about its centre that holds it; of the upright cylinder when planar [m]."""
+    heights: tuple[float, float]
+    """Lowest and highest z of its geoms where it stands [m]."""
+
+
+def choose_body(model: mujoco.MjModel, name: str | None) -> str:
+    """Name of the body to move: a bundled one, or one of the world.
+
+    Without a name it is the only body of the world that is free to move and actuated, and the
+    bundled point when there is none.
+
+    Raises:
+        SceneError: no such body, or several candidates.
+    """
+    known = [model.body(i).name for i in range(1, model.nbody) if model.body(i).name]
+    if name is not None:
+        if name in BUNDLED or name in known:
+            return name
+        valid = ", ".join(BUNDLED) + (f", or of this world: {', '.join(known)}" if known else "")
+        raise SceneError(f"unknown body {name!r}; valid are {valid}")
+    roots = sorted({_root(model, body) for body in _actuated(model)})
+    if not roots:
+        return "point"
+    names = [model.body(root).name for root in roots]
+    if len(roots) > 1:
+        raise SceneError(f"several bodies are actuated: {', '.join(names)}; choose one by --body")
+    if not names[0]:
+        raise SceneError("the actuated body has no name; name it in the MJCF, or give --body")
+    return names[0]
+
+
+def attach_body(spec: mujoco.MjSpec, body: str, centre: Floats, *, planar: bool) -> str:
+    """Attach a bundled body to a world, upright at `centre` (3,) [m]; returns its name there.
+
+    Its parts keep the names of the body's file, unless the world uses one of them already.
+    """
+    child = mujoco.MjSpec.from_file(str(body_path(body, planar=planar)))
+    names = {item.name for items in _elements(child) for item in items}
+    taken = {item.name for items in _elements(spec) for item in items}
+    frame = spec.worldbody.add_frame(pos=centre)
+    spec.attach(child, prefix=_PREFIX, frame=frame)  # MuJoCo cannot save what has no prefix
+    if names & taken - {""}:
+        return _PREFIX + body
+    for items in _elements(spec):
+        for item in items:
+            item.name = item.name.removeprefix(_PREFIX)
+    for geom in spec.geoms:
+        geom.material = geom.material.removeprefix(_PREFIX)
+    for actuator in spec.actuators:
+        actuator.target = actuator.target.removeprefix(_PREFIX)
+    return body
+
+
+def read_body(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Body:
+    """Motion and size of a body of a compiled model, `data` at qpos0.
+
+    Raises:
+        SceneError: it cannot move freely, changes its shape, or has nothing that collides.
+    """
+    body = model.body(name).id
+    planar = _is_planar(model, data, body)
+    subtree = [b for b in range(model.nbody) if _descends(model, b, body)]
+    inner = [b for b in subtree if b != body and model.body_jntnum[b]]
+    if inner:
+        raise SceneError(
+            f"body {name!r} has joints inside (body {model.body(inner[0]).name!r}): its shape "
+            "changes in flight; only rigid bodies are planned"
+        )
+    paired = {int(g) for pair in (model.pair_geom1, model.pair_geom2) for g in pair}
+    geoms = tuple(
+        g
+        for g in range(model.ngeom)
+        if int(model.geom_bodyid[g]) in subtree
+        and (model.geom_contype[g] or model.geom_conaffinity[g] or g in paired)
+    )
+    if not geoms:
+        raise SceneError(f"body {name!r} has no geom that can collide: give it one")
+    centre = np.array(data.xpos[body])
+    radius, low, high = 0.0, np.inf, -np.inf
+    for geom in geoms:
+        shape = geom_shape(model, data, geom)
+        if isinstance(shape, HalfSpace):
+            raise SceneError(f"{geom_name(model, geom)} of body {name!r} is a plane: infinite")
+        radius = max(radius, reach(shape, centre[:2] if planar else centre))
+        bottom, top = vertical_range(shape)
+        low, high = min(low, bottom), max(high, top)
+    return Body(body, name, planar, centre, geoms, radius, (low, high))
+
+
+def qpos_at(model: mujoco.MjModel, data: mujoco.MjData, body: Body, centre: Floats) -> Floats:
+    """The initial state (nq,) with the body's frame moved to `centre` (3,) [m], `data` at qpos0."""
+    qpos = np.array(model.qpos0)
+    joints = _joints(model, body.id)
+    for joint in joints:
+        if int(model.jnt_type[joint]) == _JOINT.mjJNT_FREE:
+            address = int(model.jnt_qposadr[joint])
+            qpos[address : address + 3] = centre
+            return qpos
+    slides = [j for j in joints if int(model.jnt_type[j]) == _JOINT.mjJNT_SLIDE]
+    axes = np.array([_axis(model, data, body.id, joint) for joint in slides])
+    move = np.linalg.lstsq(axes.T, centre - body.centre, rcond=None)[0]
+    for joint, value in zip(slides, move, strict=True):
+        qpos[int(model.jnt_qposadr[joint])] += value
+    return qpos
+
+
+def _is_planar(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> bool:
+    """Motion of the centre: a horizontal plane (True) or all of space (False)."""
+    name = model.body(body).name
+    joints = _joints(model, body)
+    kinds = [int(model.jnt_type[joint]) for joint in joints]
+    parent = int(model.body_parentid[body])
+    if kinds == [_JOINT.mjJNT_FREE]:
+        return False
+    axes = np.array(
+        [
+            _axis(model, data, body, j)
+            for j in joints
+            if int(model.jnt_type[j]) == _JOINT.mjJNT_SLIDE
+        ]
+    ).reshape(-1, 3)
+    turns = [j for j in joints if int(model.jnt_type[j]) != _JOINT.mjJNT_SLIDE]
+    about_centre = all(not np.array(model.jnt_pos[j]).any() for j in turns)
+    rank = int(np.linalg.matrix_rank(axes, tol=1e-6)) if len(axes) else 0
+    if model.body_weldid[parent] == 0 and about_centre and rank == len(axes):
+        if rank == 3:
+            return False
+        upright = all(
+            int(model.jnt_type[j]) == _JOINT.mjJNT_HINGE
+            and abs(_axis(model, data, body, j)[2]) > 1.0 - 1e-9
+            for j in turns
+        )
+        if rank == 2 and np.abs(axes[:, 2]).max() < 1e-9 and upright:
+            return True
+    has = ", ".join(_JOINT(kind).name.removeprefix("mjJNT_").lower() for kind in kinds) or "none"
+    raise SceneError(
+        f"body {name!r} cannot be planned with its joints ({has}); it needs a free joint, three "
+        "slides, or two horizontal slides with or without an upright hinge, on a fixed parent"
+    )
+
+
+def _joints(model: mujoco.MjModel, body: int) -> list[int]:
+    first = int(model.body_jntadr[body])
+    return list(range(first, first + int(model.body_jntnum[body])))
+
+
+def _axis(model: mujoco.MjModel, data: mujoco.MjData, body: int, joint: int) -> Floats:
+    """Axis of a joint in the world at qpos0, shape (3,)."""
+    return np.asarray(np.array(data.xmat[body]).reshape(3, 3) @ model.jnt_axis[joint])
+
+
+def _descends(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
+    while body > ancestor:  # parents come before their children
+        body = int(model.body_parentid[body])
+    return body == ancestor
+
+
+def _root(model: mujoco.MjModel, body: int) -> int:
+    """The moving body nearest to the world among a body and its ancestors."""
+    root = int(model.body_weldid[body])
+    while model.body_weldid[model.body_parentid[root]] != 0:
+        root = int(model.body_weldid[model.body_parentid[root]])
+    return root
+
+
+def _actuated(model: mujoco.MjModel) -> list[int]:
+    """Bodies that an actuator drives through a joint, site or body, if they can move."""
+    bodies = []
+    for kind, (target, _) in zip(model.actuator_trntype, model.actuator_trnid, strict=True):
+        # int() first: MuJoCo's enums on the left compare unequal to numpy integers.
+        if int(kind) in (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT):
+            bodies.append(int(model.jnt_bodyid[target]))
+        elif int(kind) == mujoco.mjtTrn.mjTRN_SITE:
+            bodies.append(int(model.site_bodyid[target]))
+        elif int(kind) == mujoco.mjtTrn.mjTRN_BODY:
+            bodies.append(int(target))
+    return [body for body in bodies if model.body_weldid[body] != 0]
+
+
+def _elements(spec: mujoco.MjSpec) -> tuple[Sequence[_Element], ...]:
+    """The named parts that the bundled bodies are made of."""
+    lists = (spec.geoms, spec.joints, spec.sites, spec.actuators, spec.materials)
+    return (spec.bodies[1:], *lists)

@@ -1,0 +1,35 @@
+"""Tolerances of scene reading, each with its reason. Lengths in metres."""
+
+DEFAULT_CLEARANCE = 0.05
+"""Distance kept to every obstacle [m]: what tracking may use up (0.03 m calm, measured)."""
+
+BOX_MITRE = 0.75
+"""Default tolerance as a share of the growth: just above sqrt(3) - 1 = 0.73, so a grown box keeps
+its 6 facets (its corners stand out by 0.73 of the growth) and leaves stay few."""
+
+MIN_TOLERANCE = 0.05
+"""Floor of the default tolerance [m]: finer than this costs leaves and gains no passage."""
+
+TOUCH_TOL = 1e-6
+"""Shapes that overlap by less than this [m] only touch. MJCF numbers and float32 mesh vertices are
+right to about 1e-7."""
+
+FLAT_HULL_THICKNESS = 1e-7
+"""Half thickness [m] given to flat point sets so that they have facets; float32 resolution."""
+
+MAX_HULL_FACETS = {2: 12, 3: 32}
+"""A hull (polygon, polyhedron) with more facets is approximated from the axes inwards, not kept
+whole: every facet of an obstacle may cut the free space into one more leaf."""
+
+SLICE_SHARE = 0.25
+"""Share of the tolerance that the polygon around the slice of a tilted round shape may use up."""
+
+SLICE_DIRECTIONS = (48, 96, 192, 384, 768, 1536, 3072)
+"""Numbers of sides to try for it; the excess falls with the number, to 1e-5 of the size."""
+
+MAX_ROUNDS = 40
+"""Rounds of cuts before an outer approximation is given up; each round halves the error at least
+for smooth shapes, and 6 suffice in practice."""
+
+CUT_SPREAD = 0.97
+"""Two cuts of one round whose normals agree more than this (cosine, 14 degrees) are one cut."""

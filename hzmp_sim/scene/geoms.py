@@ -1,0 +1,115 @@
+"""MuJoCo geoms as shapes in the world, read from the compiled model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.errors import SceneError
+from hzmp_sim.scene.shapes import Box, Capsule, Cylinder, Ellipsoid, Hull, Shape, farthest
+
+_TYPE = mujoco.mjtGeom
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSpace:
+    """{x : normal.x <= offset}: a MuJoCo plane is solid and infinite, its size is only drawn."""
+
+    normal: Floats
+    """Unit normal, shape (3,)."""
+    offset: float
+
+
+def geom_type(model: mujoco.MjModel, geom: int) -> str:
+    """The MJCF name of a geom's type, such as "box"."""
+    return _TYPE(int(model.geom_type[geom])).name.removeprefix("mjGEOM_").lower()
+
+
+def geom_name(model: mujoco.MjModel, geom: int) -> str:
+    """Name of a geom; an unnamed one is told by number, type and body."""
+    name = model.geom(geom).name
+    if name:
+        return name
+    body = model.body(int(model.geom_bodyid[geom])).name or f"#{int(model.geom_bodyid[geom])}"
+    return f"geom#{geom} ({geom_type(model, geom)}) of body {body}"
+
+
+def geom_shape(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Shape | HalfSpace:
+    """What MuJoCo collides for a geom, at its pose in `data`.
+
+    A mesh is its convex hull, from the compiled vertices (the authored pose of a mesh geom is not
+    its frame: MuJoCo re-centres meshes). Needs `mj_kinematics` to have run.
+
+    Raises:
+        SceneError: height field or SDF geom.
+    """
+    kind = int(model.geom_type[geom])
+    size = np.array(model.geom_size[geom])
+    centre = np.array(data.geom_xpos[geom])
+    axes = np.array(data.geom_xmat[geom]).reshape(3, 3)
+    axes[np.abs(axes) < 1e-15] = 0.0  # round-off of cos(90 deg)
+    if kind == _TYPE.mjGEOM_BOX:
+        return Box(centre, axes, size)
+    if kind == _TYPE.mjGEOM_SPHERE:
+        return Capsule(np.vstack([centre, centre]), float(size[0]))
+    if kind == _TYPE.mjGEOM_CAPSULE:
+        reach = size[1] * axes[:, 2]
+        return Capsule(np.vstack([centre - reach, centre + reach]), float(size[0]))
+    if kind == _TYPE.mjGEOM_CYLINDER:
+        return Cylinder(centre, axes[:, 2], float(size[0]), float(size[1]))
+    if kind == _TYPE.mjGEOM_ELLIPSOID:
+        return Ellipsoid(centre, axes, size)
+    if kind == _TYPE.mjGEOM_PLANE:
+        return HalfSpace(axes[:, 2], float(axes[:, 2] @ centre))
+    if kind == _TYPE.mjGEOM_MESH:
+        return Hull.from_points(mesh_points(model, geom) @ axes.T + centre)
+    raise SceneError(
+        f"{geom_name(model, geom)} is of type {geom_type(model, geom)}, which is not read yet; "
+        "use plane, sphere, capsule, ellipsoid, cylinder, box or mesh, or make it visual only "
+        '(contype="0" conaffinity="0")'
+    )
+
+
+def mesh_points(model: mujoco.MjModel, geom: int) -> Floats:
+    """Vertices of the convex hull that MuJoCo collides for a mesh geom, in its frame, (k, 3)."""
+    mesh = int(model.geom_dataid[geom])
+    start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    points = np.array(model.mesh_vert[start : start + count], dtype=np.float64)
+    address = int(model.mesh_graphadr[mesh])
+    if address < 0:
+        return points
+    graph = model.mesh_graph[address:]  # numvert, numface, edge addresses, vertex ids, ...
+    hull = int(graph[0])
+    return np.asarray(points[graph[2 + hull : 2 + 2 * hull]])
+
+
+def reach(shape: Shape | HalfSpace, origin: Floats) -> float:
+    """Largest distance of a point of the shape to `origin` [m].
+
+    Only the first `origin.size` coordinates count: two for the reach across the vertical.
+    """
+    n = origin.size
+    if isinstance(shape, HalfSpace):
+        return float("inf")
+    if isinstance(shape, Capsule):
+        return float(np.linalg.norm(shape.ends[:, :n] - origin, axis=1).max()) + shape.radius
+    if isinstance(shape, Ellipsoid):
+        return farthest(shape.centre[:n] - origin, (shape.axes * shape.half)[:n])
+    if isinstance(shape, Cylinder):
+        across = np.linalg.svd(shape.axis[None, :])[2][1:].T * shape.radius
+        caps = (shape.centre + s * shape.half * shape.axis for s in (-1.0, 1.0))
+        return max(farthest(cap[:n] - origin, across[:n]) for cap in caps)
+    return float(np.linalg.norm(corners(shape)[:, :n] - origin, axis=1).max())
+
+
+def corners(shape: Shape) -> Floats:
+    """Vertices of a box or hull, shape (k, 3) [m]."""
+    if isinstance(shape, Hull):
+        return shape.points
+    if isinstance(shape, Box):
+        signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
+        return np.asarray(shape.centre + (signs * shape.half) @ shape.axes.T)
+    raise TypeError(f"{type(shape).__name__} has no vertices")

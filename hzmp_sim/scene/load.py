@@ -1,0 +1,192 @@
+"""MJCF file -> Scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hzmp_planners._arrays import Floats, frozen
+from hzmp_planners.errors import QueryError, SceneError
+from hzmp_sim.scene.bodies import BUNDLED, Body, attach_body, choose_body, qpos_at, read_body
+from hzmp_sim.scene.constants import BOX_MITRE, DEFAULT_CLEARANCE, MIN_TOLERANCE
+from hzmp_sim.scene.geoms import geom_name
+from hzmp_sim.scene.mjcf import World, compile_spec, find_world, read_spec, written_world
+from hzmp_sim.scene.obstacles import Obstacles, is_planar_world, read_obstacles
+from hzmp_sim.scene.placement import (
+    Bounds,
+    Endpoint,
+    check_inside,
+    read_endpoint,
+    read_workspace,
+)
+from hzmp_sim.scene.scene import Scene
+
+_SAME_HEIGHT = 1e-4  # [m] two heights closer than this are one: MJCF text has six digits
+
+
+def load_scene(
+    path: str | Path,
+    body: str | None = None,
+    start: ArrayLike | None = None,
+    goal: ArrayLike | None = None,
+    workspace: tuple[ArrayLike, ArrayLike] | None = None,
+    clearance: float | None = None,
+    tolerance: float | None = None,
+) -> Scene:
+    """Read a MuJoCo world as a planning scene.
+
+    Args:
+        path: MJCF file, or the name of a bundled world.
+        body: "point" or "quadrotor" attach a bundled body; any other name is a body of the world.
+            None takes the only actuated moving body of the world, or attaches the point.
+        start: position of the body's centre, 2 or 3 coordinates [m]; None: where the body stands,
+            or the site "start" for an attached body.
+        goal: the same for the goal; None: the site "goal".
+        workspace: corners (lo, hi) of the box that bounds the whole body [m]; None: the numeric
+            "workspace" of the world, else the box of its static geoms (with a warning).
+        clearance: distance to keep from every obstacle [m], >= 0; default 0.05.
+        tolerance: how much larger than exact an obstacle may be [m], > 0; default such that a
+            grown box keeps its six facets.
+
+    Raises:
+        SceneError: the world cannot be read as a scene.
+        QueryError: start or goal is outside the workspace or inside an obstacle.
+        ShapeError: an argument is not finite or has the wrong shape.
+    """
+    keep = _positive("clearance", DEFAULT_CLEARANCE if clearance is None else clearance, zero=True)
+    file = find_world(path)
+    spec = read_spec(file)
+    model, data = compile_spec(spec, file)
+    name = choose_body(model, body)
+    space, warnings = read_workspace(model, data, workspace)
+    begin, end = (
+        read_endpoint(model, data, label, given)
+        for label, given in (("start", start), ("goal", goal))
+    )
+    if name in BUNDLED:
+        world, moving, centre = _attached(file, name, begin, end, space)
+    else:
+        world = written_world(spec, file)
+        moving = read_body(world.model, world.data, name)
+        centre = moving.centre
+        if begin.given is not None:
+            centre = (
+                begin.position(float(centre[2]))
+                if begin.given.size == 3
+                else np.append(begin.given, centre[2])
+            )
+    target = end.position(float(centre[2]))
+    n = 2 if moving.planar else 3
+    if moving.planar:
+        _check_heights(moving, begin, end, space)
+    elif space[0].size == 2:
+        raise SceneError(f"body {moving.name!r} moves in 3-D: its workspace needs z, too")
+    bounds = _centre_bounds(space, moving, n)
+    for label, point in (("start", centre[:n]), ("goal", target[:n])):
+        check_inside(label, point, bounds)
+    loose = max(BOX_MITRE * (moving.radius + keep), MIN_TOLERANCE)
+    tight = _positive("tolerance", loose if tolerance is None else tolerance, zero=False)
+    obstacles = read_obstacles(world.model, world.data, moving, bounds, keep, tight)
+    for label, point in (("start", centre[:n]), ("goal", target[:n])):
+        _check_free(world.model, obstacles, label, point, moving.radius + keep)
+    return Scene(
+        path=file,
+        model=world.model,
+        xml=world.xml,
+        body=moving.name,
+        n=n,
+        workspace=(frozen(space[0][:n].copy()), frozen(space[1][:n].copy())),
+        start=frozen(centre[:n].copy()),
+        goal=frozen(target[:n].copy()),
+        radius=moving.radius,
+        clearance=keep,
+        tolerance=tight,
+        height=float(moving.centre[2]) if moving.planar else None,
+        obstacles=obstacles.polytopes,
+        obstacle_geoms=obstacles.geoms,
+        body_geoms=moving.geoms,
+        geoms=obstacles.reports,
+        warnings=warnings + world.warnings + obstacles.warnings,
+        initial_qpos=frozen(qpos_at(world.model, world.data, moving, centre)),
+    )
+
+
+def _attached(
+    file: Path, name: str, begin: Endpoint, end: Endpoint, space: Bounds
+) -> tuple[World, Body, Floats]:
+    """The world with a bundled body at the start; the point stays in the plane if it can."""
+    asked = begin.is_planar or end.is_planar or space[0].size == 2
+    height = next((h for h in (begin.height, end.height) if h is not None), None)
+    if height is None and name == "point":
+        height = float(space[0][2] + space[1][2]) / 2.0 if space[0].size == 3 else 0.0
+    centre = begin.position(height)
+    target = end.position(float(centre[2]))
+    level = abs(float(centre[2] - target[2])) <= _SAME_HEIGHT
+    if name == "point" and (asked or level):
+        world, moving = _with_body(file, name, centre, planar=True)
+        if asked or is_planar_world(world.model, world.data, moving, space):
+            return world, moving, centre
+    return *_with_body(file, name, centre, planar=False), centre
+
+
+def _with_body(file: Path, name: str, centre: Floats, *, planar: bool) -> tuple[World, Body]:
+    spec = read_spec(file)
+    root = attach_body(spec, name, centre, planar=planar)
+    world = written_world(spec, file)
+    return world, read_body(world.model, world.data, root)
+
+
+def _check_heights(body: Body, begin: Endpoint, end: Endpoint, space: Bounds) -> None:
+    """A planar body stays at its height: what was said must agree with that."""
+    height = float(body.centre[2])
+    for point in (begin, end):
+        given = point.given
+        if given is not None and given.size == 3 and abs(given[2] - height) > _SAME_HEIGHT:
+            raise QueryError(
+                f"{point.label} has z = {given[2]:g}, but body {body.name!r} moves in the plane "
+                f"z = {height:g}: give that z, or two coordinates"
+            )
+    if space[0].size == 3 and (
+        body.heights[0] < space[0][2] - _SAME_HEIGHT or body.heights[1] > space[1][2] + _SAME_HEIGHT
+    ):
+        raise QueryError(
+            f"body {body.name!r} is {body.heights[0]:.4g} to {body.heights[1]:.4g} m high up, "
+            f"outside the workspace's {space[0][2]:.4g} to {space[1][2]:.4g} m"
+        )
+
+
+def _centre_bounds(space: Bounds, body: Body, n: int) -> Bounds:
+    low, high = space[0][:n] + body.radius, space[1][:n] - body.radius
+    if (low >= high).any():
+        axis = int(np.argmax(low >= high))
+        raise SceneError(
+            f"the workspace is {space[1][axis] - space[0][axis]:.4g} m wide along {'xyz'[axis]}, "
+            f"the body {2.0 * body.radius:.4g} m: it does not fit in"
+        )
+    return low, high
+
+
+def _check_free(
+    model: mujoco.MjModel, obstacles: Obstacles, label: str, point: Floats, grow: float
+) -> None:
+    worst, name = 1e-9, ""
+    for polytope, geom in zip(obstacles.polytopes, obstacles.geoms, strict=True):
+        depth = -float(polytope.violation(point)[0])
+        if depth > worst:
+            worst, name = depth, geom_name(model, geom)
+    if name:
+        where = ", ".join(f"{value:.4g}" for value in point)
+        raise QueryError(
+            f"{label} ({where}) is {worst:.3g} m inside obstacle {name} (grown by body radius + "
+            f"clearance = {grow:.3g} m); move it at least that far out, or lower the clearance"
+        )
+
+
+def _positive(label: str, value: float, *, zero: bool) -> float:
+    number = float(value)
+    if not np.isfinite(number) or number < 0.0 or (number == 0.0 and not zero):
+        raise SceneError(f"{label} must be a finite number {'>=' if zero else '>'} 0, got {value}")
+    return number

@@ -1,0 +1,215 @@
+"""Geoms that can touch the body become polytopes in the space of its centre."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.errors import SceneError
+from hzmp_planners.sets import Polytope
+from hzmp_sim.scene.bodies import Body
+from hzmp_sim.scene.constants import SLICE_SHARE, TOUCH_TOL
+from hzmp_sim.scene.contact_filter import contact_margins
+from hzmp_sim.scene.geoms import HalfSpace, geom_name, geom_shape, geom_type
+from hzmp_sim.scene.outer import Outer, outer_polytope
+from hzmp_sim.scene.placement import Bounds
+from hzmp_sim.scene.planar import is_upright_prism, slice_halfspace, slice_shape, vertical_range
+from hzmp_sim.scene.scene import GeomReport
+from hzmp_sim.scene.shapes import Shape
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacles:
+    """The grown obstacles and the report on every geom."""
+
+    polytopes: tuple[Polytope, ...]
+    geoms: tuple[int, ...]
+    reports: tuple[GeomReport, ...]
+    warnings: tuple[str, ...]
+
+
+def read_obstacles(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    body: Body,
+    bounds: Bounds,
+    clearance: float,
+    tolerance: float,
+) -> Obstacles:
+    """Obstacles of the body's centre within `bounds` (lo, hi), each (n,) [m].
+
+    Raises:
+        SceneError: a geom that can touch the body is on a jointed body, or of a type not read.
+    """
+    polytopes: list[Polytope] = []
+    geoms: list[int] = []
+    reports: list[GeomReport] = []
+    warnings: list[str] = []
+    margins = _margins(model, body)
+    _refuse_flexes(model, body)
+    if np.isnan(np.delete(margins, body.geoms)).all() and model.ngeom > len(body.geoms):
+        warnings.append(f"MuJoCo lets no geom of this world touch body {body.name!r}")
+
+    for geom in range(model.ngeom):
+        name, kind = geom_name(model, geom), geom_type(model, geom)
+        outer: Outer | None = None
+        if geom in body.geoms:
+            reports.append(GeomReport(geom, name, kind, "body", 0, 0.0, "part of the moving body"))
+            continue
+        if np.isnan(margins[geom]):
+            reason = _no_contact(model, geom)
+        else:
+            reason, moving = _mobility(model, geom)
+            if moving:
+                warnings.append(f"{name} is on a mocap body: planned where it stands now")
+            grow = body.radius + clearance + float(margins[geom])
+            shape = geom_shape(model, data, geom)
+            try:
+                outer, ignored = _obstacle(shape, body, bounds, clearance, grow, tolerance)
+            except SceneError as error:
+                raise SceneError(f"{name}: {error}") from error
+            reason = ignored or reason
+        if outer is None:
+            reports.append(GeomReport(geom, name, kind, "ignored", 0, 0.0, reason))
+            continue
+        polytopes.append(outer.polytope)
+        geoms.append(geom)
+        facets = len(outer.polytope.b)
+        reports.append(GeomReport(geom, name, kind, "obstacle", facets, outer.error, reason))
+    return Obstacles(tuple(polytopes), tuple(geoms), tuple(reports), tuple(warnings))
+
+
+def is_planar_world(
+    model: mujoco.MjModel, data: mujoco.MjData, body: Body, workspace: Bounds
+) -> bool:
+    """True when every obstacle stands upright through the workspace: 2-D planning loses nothing."""
+    low, high = workspace
+    margins = _margins(model, body)
+    for geom in range(model.ngeom):
+        if geom in body.geoms or np.isnan(margins[geom]):
+            continue
+        shape = geom_shape(model, data, geom)
+        if isinstance(shape, HalfSpace):
+            reaches_in = shape.offset > _least(shape.normal, low, high) + TOUCH_TOL
+            if reaches_in and abs(shape.normal[2]) > 1e-9:
+                return False
+            continue
+        apart = (shape.support(np.eye(3)) <= low + TOUCH_TOL).any()
+        apart = apart or (-shape.support(-np.eye(3)) >= high - TOUCH_TOL).any()
+        if not apart and not is_upright_prism(shape, float(low[2]), float(high[2])):
+            return False
+    return True
+
+
+def _obstacle(
+    shape: Shape | HalfSpace,
+    body: Body,
+    bounds: Bounds,
+    clearance: float,
+    grow: float,
+    tolerance: float,
+) -> tuple[Outer | None, str]:
+    """The grown obstacle of one shape, or None and why it is none."""
+    excess = 0.0
+    if body.planar:
+        low, high = body.heights
+        span = f"{round(low, 6) + 0.0:g} to {round(high, 6) + 0.0:g} m"
+        beside = f"not within the heights {span} that the body moves in"
+        # Clearance is kept upwards and downwards too, from what reaches into these heights.
+        thick = (low - clearance, high + clearance)
+        if isinstance(shape, HalfSpace):
+            if slice_halfspace(shape, low, high) is None:
+                return None, beside
+            shape = slice_halfspace(shape, *thick) or shape
+        else:
+            bottom, top = vertical_range(shape)
+            if top <= low + TOUCH_TOL or bottom >= high - TOUCH_TOL:
+                return None, beside
+            shape, excess = slice_shape(shape, *thick, SLICE_SHARE * tolerance)
+    if isinstance(shape, HalfSpace):
+        outer = _halfspace_obstacle(shape, bounds, grow)
+    elif _is_far(shape, bounds, grow):
+        return None, "outside the workspace"
+    else:
+        outer = outer_polytope(shape, grow, tolerance - excess)
+    if not _meets(outer, bounds):
+        return None, "outside the workspace"
+    return Outer(outer.polytope, outer.vertices, outer.error + excess), ""
+
+
+def _halfspace_obstacle(plane: HalfSpace, bounds: Bounds, grow: float) -> Outer:
+    """The part of the grown half-space around the bounds, as a polytope."""
+    low, high = bounds[0] - 1.0, bounds[1] + 1.0
+    box = Polytope.from_box(low, high)
+    offset = plane.offset + grow
+    if offset >= -_least(-plane.normal, low, high):  # all of the box
+        return Outer(box, box.vertices, 0.0)
+    A, b = np.vstack([box.A, plane.normal]), np.append(box.b, offset)
+    polytope = Polytope.from_halfspaces(A, b)
+    return Outer(polytope, polytope.vertices, 0.0)
+
+
+def _is_far(shape: Shape, bounds: Bounds, grow: float) -> bool:
+    """The box around the grown shape misses the bounds: a quick test before the exact one."""
+    axes = np.eye(bounds[0].size)
+    high, low = shape.support(axes) + grow, -shape.support(-axes) - grow
+    return bool((high <= bounds[0]).any() or (low >= bounds[1]).any())
+
+
+def _meets(outer: Outer, bounds: Bounds) -> bool:
+    """The obstacle reaches into the interior of the bounds (no axis or facet separates them)."""
+    low, high = bounds
+    if outer.vertices.shape[0] == 0:
+        return False
+    if (outer.vertices.max(axis=0) <= low + 1e-9).any():
+        return False
+    if (outer.vertices.min(axis=0) >= high - 1e-9).any():
+        return False
+    A, b = outer.polytope.A, outer.polytope.b
+    return bool((_least(A, low, high) < b - 1e-9).all())
+
+
+def _least(normals: Floats, low: Floats, high: Floats) -> Floats:
+    """Min of normals.x over the box, shape (m,) or ()."""
+    return np.asarray(np.where(normals > 0.0, normals * low, normals * high).sum(axis=-1))
+
+
+def _margins(model: mujoco.MjModel, body: Body) -> Floats:
+    """Largest contact margin of each geom with any geom of the body [m]; NaN: never in contact."""
+    margins = contact_margins(model, body.geoms)
+    return np.where(np.isnan(margins).all(axis=0), np.nan, np.fmax.reduce(margins, axis=0))
+
+
+def _refuse_flexes(model: mujoco.MjModel, body: Body) -> None:
+    ids = list(body.geoms)
+    for flex in range(model.nflex):
+        bits = model.geom_contype[ids] & model.flex_conaffinity[flex]
+        bits |= model.geom_conaffinity[ids] & model.flex_contype[flex]
+        if bits.any():
+            name = mujoco.mj_id2name(model, int(mujoco.mjtObj.mjOBJ_FLEX), flex) or f"#{flex}"
+            raise SceneError(
+                f"flex {name} could touch the body, and flexes are not read yet; remove it or make "
+                'it visual only (<contact contype="0" conaffinity="0"/>)'
+            )
+
+
+def _no_contact(model: mujoco.MjModel, geom: int) -> str:
+    if not model.geom_contype[geom] and not model.geom_conaffinity[geom]:
+        return "visual only: contype and conaffinity are 0"
+    return "MuJoCo never lets it touch the body (flag, exclude, contype/conaffinity, weld)"
+
+
+def _mobility(model: mujoco.MjModel, geom: int) -> tuple[str, bool]:
+    """Whether the geom is static; (how it was taken, may be moved by mocap)."""
+    root = int(model.body_weldid[model.geom_bodyid[geom]])
+    if root == 0:
+        return "static", False
+    if model.body_mocapid[root] >= 0:
+        return "mocap, planned where it stands now", True
+    raise SceneError(
+        f"{geom_name(model, geom)} is on the jointed body {model.body(root).name!r}: its motion is "
+        "not known; fix the body, make it mocap, or make its geoms unable to touch the moving body"
+    )

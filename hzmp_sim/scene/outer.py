@@ -1,0 +1,95 @@
+"""Few half-spaces around a convex shape grown by a ball, with the error known.
+
+Cutting planes: start from a few supporting half-spaces; while a corner of the polytope is farther
+than `grow + tolerance` from the shape, add the half-space that supports the grown shape in the
+direction from the corner's nearest point to the corner. Every half-space supports the grown shape,
+so the polytope always contains it. The distance to a convex set is a convex function, so its
+maximum over the polytope is at a corner: the reported error is exact, not sampled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import HalfspaceIntersection, QhullError
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.errors import SceneError
+from hzmp_planners.sets import Polytope
+from hzmp_sim.scene.constants import CUT_SPREAD, MAX_ROUNDS
+from hzmp_sim.scene.shapes import Shape
+
+
+@dataclass(frozen=True, eq=False)
+class Outer:
+    """A polytope around a grown shape."""
+
+    polytope: Polytope
+    vertices: Floats
+    """Corners of the polytope [m], shape (k, n)."""
+    error: float
+    """Largest distance of a point of the polytope to the grown shape [m]."""
+
+
+def outer_polytope(shape: Shape, grow: float, tolerance: float) -> Outer:
+    """Polytope around {x : distance to shape <= grow}, at most `tolerance` too large.
+
+    Args:
+        shape: convex shape in 2-D or 3-D.
+        grow: radius of the ball it is grown by [m], > 0.
+        tolerance: largest distance of a point of the result to the grown shape [m], > 0.
+
+    Raises:
+        SceneError: the shape is too large or too thin for double precision.
+    """
+    normals = shape.normals(grow, tolerance)
+    for _ in range(MAX_ROUNDS):
+        offsets = shape.support(normals) + grow
+        corners, facet_corners = _corners(normals, offsets, shape.centre)
+        away = corners - shape.project(corners)
+        distance = np.linalg.norm(away, axis=1)
+        beyond = distance - grow
+        if beyond.max() <= tolerance:
+            kept = facet_corners >= normals.shape[1]  # fewer corners: the plane is redundant
+            polytope = Polytope.from_halfspaces(normals[kept], offsets[kept])
+            return Outer(polytope, corners, max(0.0, float(beyond.max())))
+        far = np.flatnonzero(beyond > tolerance)
+        far = far[np.argsort(-beyond[far], kind="stable")]
+        normals = np.vstack([normals, _spread(away[far] / distance[far, None])])
+    raise SceneError(
+        f"no polytope within {tolerance:g} m of the shape at {np.round(shape.centre, 3).tolist()} "
+        f"after {MAX_ROUNDS} rounds: choose a larger tolerance"
+    )
+
+
+def _spread(directions: Floats) -> Floats:
+    """The first of each bunch of nearly equal directions."""
+    chosen: list[Floats] = []
+    for direction in directions:
+        if all(float(direction @ other) < CUT_SPREAD for other in chosen):
+            chosen.append(direction)
+    return np.array(chosen)
+
+
+def _corners(normals: Floats, offsets: Floats, inside: Floats) -> tuple[Floats, Floats]:
+    """Corners (k, n) of {x : normals x <= offsets}, and how many lie on each plane (m,).
+
+    `inside` is a point strictly inside.
+    """
+    slack = offsets - normals @ inside
+    size = float(slack.max())
+    try:
+        dual = HalfspaceIntersection(
+            np.column_stack([normals, -slack / size]), np.zeros(normals.shape[1])
+        )
+    except QhullError as error:
+        raise SceneError(
+            f"a shape at {np.round(inside, 3).tolist()} of size {size:g} m has no usable corners: "
+            f"{str(error).splitlines()[0]}"
+        ) from error
+    keys = np.round(dual.intersections, 9) + 0.0
+    _, first = np.unique(keys, axis=0, return_index=True)
+    corners = dual.intersections[np.sort(first)]
+    on_plane = np.abs(corners @ normals.T - slack / size) <= 1e-8
+    return np.asarray(corners * size + inside), on_plane.sum(axis=0).astype(np.float64)

@@ -1,0 +1,98 @@
+"""What a planner needs to know of a MuJoCo world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import mujoco
+import numpy as np
+
+from hzmp_planners._arrays import Floats, as_points
+from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.sets import Polytope
+from hzmp_sim.scene.geoms import geom_name
+
+Role = Literal["obstacle", "ignored", "body"]
+
+
+@dataclass(frozen=True)
+class GeomReport:
+    """How one geom of the world was taken."""
+
+    geom: int
+    """Geom id in the compiled model."""
+    name: str
+    type: str
+    """MJCF type, such as "box"."""
+    role: Role
+    facets: int
+    """Half-spaces of its obstacle; 0 when it is none."""
+    error: float
+    """Largest distance of a point of the obstacle to the exactly grown shape [m]."""
+    reason: str
+    """Why it has this role."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A world, the body that moves in it, and the obstacles of the body's centre.
+
+    The centre of a body is the origin of its frame. Planar bodies (n = 2) move at one height.
+    """
+
+    path: Path
+    model: mujoco.MjModel
+    """Compiled, with the body attached."""
+    xml: str
+    """The exact world flown; compiles to the same model."""
+    body: str
+    """Name of the moving body in `model`."""
+    n: int
+    """2 for a planar body, else 3."""
+    workspace: tuple[Floats, Floats]
+    """Bounds of the whole body (lo, hi), each (n,) [m]."""
+    start: Floats
+    """Position of the centre, (n,) [m]."""
+    goal: Floats
+    """Position of the centre, (n,) [m]."""
+    radius: float
+    """Radius of the ball (disc) about the centre that holds the body [m]."""
+    clearance: float
+    """Distance kept between the body and every obstacle [m]."""
+    tolerance: float
+    """Bound on `GeomReport.error` [m]."""
+    height: float | None
+    """z of the centre of a planar body [m]; None in 3-D."""
+    obstacles: tuple[Polytope, ...]
+    """Where the centre must not be: geoms grown by radius + clearance (+ contact margin)."""
+    obstacle_geoms: tuple[int, ...]
+    """Geom id of each obstacle."""
+    body_geoms: tuple[int, ...]
+    """Ids of the colliding geoms of the moving body."""
+    geoms: tuple[GeomReport, ...]
+    """One for each geom of the model, in the order of ids."""
+    warnings: tuple[str, ...]
+    initial_qpos: Floats
+    """State (nq,) in which the centre is at start."""
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Box of the centre: the workspace shrunk by the radius (lo, hi), each (n,) [m]."""
+        return self.workspace[0] + self.radius, self.workspace[1] - self.radius
+
+    def free_space(self) -> FreeSpace:
+        """Exact convex decomposition of the free space of the body's centre."""
+        return FreeSpace.decompose(bounds=self.bounds, obstacles=list(self.obstacles))
+
+    def to_world(self, X: Floats) -> Floats:
+        """World positions (k, 3) of planning points (k, n) [m]."""
+        points = as_points(X, "X", self.n)
+        if self.height is None:
+            return points
+        return np.column_stack([points, np.full(len(points), self.height)])
+
+    def geom_name(self, geom: int) -> str:
+        """Name of a geom; an unnamed one is told by number, type and body."""
+        return geom_name(self.model, geom)

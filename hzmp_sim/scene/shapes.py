@@ -1,0 +1,293 @@
+"""Convex shapes with a closed-form support function and nearest point, in the plane and in space.
+
+Two questions are all that the outer approximation asks of a shape K:
+the support function h(d) = max over K of d.x, and the nearest point of K.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.spatial import ConvexHull, QhullError
+
+from hzmp_planners._arrays import Floats, Ints
+from hzmp_sim.scene.constants import FLAT_HULL_THICKNESS, MAX_HULL_FACETS
+
+
+class Shape(Protocol):
+    """A bounded convex set in n dimensions."""
+
+    @property
+    def centre(self) -> Floats:
+        """A point well inside the set, shape (n,) [m]."""
+        ...
+
+    def support(self, directions: Floats) -> Floats:
+        """h(d) = max of d.x over the set for directions (k, n); shape (k,)."""
+        ...
+
+    def project(self, points: Floats) -> Floats:
+        """Nearest point of the set to each of (k, n) points; the point itself when inside."""
+        ...
+
+    def normals(self, grow: float, tolerance: float) -> Floats:
+        """Unit normals (m, n) to start an outer polytope with; they enclose the set."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """Oriented box (3-D) or rectangle (2-D)."""
+
+    centre: Floats
+    axes: Floats
+    """Unit axes as columns, shape (n, n)."""
+    half: Floats
+    """Half lengths [m], shape (n,)."""
+
+    def support(self, directions: Floats) -> Floats:
+        return np.asarray(directions @ self.centre + np.abs(directions @ self.axes) @ self.half)
+
+    def project(self, points: Floats) -> Floats:
+        local = (points - self.centre) @ self.axes
+        return np.asarray(self.centre + np.clip(local, -self.half, self.half) @ self.axes.T)
+
+    def normals(self, grow: float, tolerance: float) -> Floats:
+        del grow, tolerance  # its own facets are exact
+        return np.vstack([self.axes.T, -self.axes.T])
+
+
+@dataclass(frozen=True, eq=False)
+class Capsule:
+    """Points within `radius` of a segment; a ball (disc in 2-D) when the two ends are one."""
+
+    ends: Floats
+    """End points of the segment [m], shape (2, n)."""
+    radius: float
+
+    @property
+    def centre(self) -> Floats:
+        return np.asarray(self.ends.mean(axis=0))
+
+    def support(self, directions: Floats) -> Floats:
+        lengths = np.linalg.norm(directions, axis=1)
+        return np.asarray((directions @ self.ends.T).max(axis=1) + self.radius * lengths)
+
+    def project(self, points: Floats) -> Floats:
+        foot = _nearest_on_segments(points, self.ends[:1], self.ends[1:])[:, 0]
+        offset = points - foot
+        length = np.linalg.norm(offset, axis=1, keepdims=True)
+        return np.asarray(foot + offset * np.minimum(1.0, self.radius / np.maximum(length, 1e-300)))
+
+    def normals(self, grow: float, tolerance: float) -> Floats:
+        n = self.ends.shape[1]
+        axis = self.ends[1] - self.ends[0]
+        if not axis.any():
+            if n == 2:
+                return _polygon_normals(np.eye(2), self.radius + grow, tolerance)
+            return np.vstack([np.eye(n), -np.eye(n)])
+        return _prism_normals(axis / np.linalg.norm(axis), self.radius + grow, tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder:
+    """Solid circular cylinder in 3-D."""
+
+    centre: Floats
+    axis: Floats
+    """Unit vector, shape (3,)."""
+    radius: float
+    half: float
+    """Half of its height [m]."""
+
+    def support(self, directions: Floats) -> Floats:
+        along = directions @ self.axis
+        across = np.linalg.norm(directions - along[:, None] * self.axis, axis=1)
+        return np.asarray(
+            directions @ self.centre + np.abs(along) * self.half + across * self.radius
+        )
+
+    def project(self, points: Floats) -> Floats:
+        offset = points - self.centre
+        along = offset @ self.axis
+        radial = offset - along[:, None] * self.axis
+        length = np.linalg.norm(radial, axis=1)
+        radial = radial * np.minimum(1.0, self.radius / np.maximum(length, 1e-300))[:, None]
+        along = np.clip(along, -self.half, self.half)
+        return np.asarray(self.centre + along[:, None] * self.axis + radial)
+
+    def normals(self, grow: float, tolerance: float) -> Floats:
+        return _prism_normals(self.axis, self.radius + grow, tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid:
+    """Solid ellipsoid in 3-D, ellipse in 2-D."""
+
+    centre: Floats
+    axes: Floats
+    """Unit principal axes as columns, shape (n, n)."""
+    half: Floats
+    """Semi-axes [m], shape (n,)."""
+
+    def support(self, directions: Floats) -> Floats:
+        return np.asarray(
+            directions @ self.centre + np.linalg.norm((directions @ self.axes) * self.half, axis=1)
+        )
+
+    def project(self, points: Floats) -> Floats:
+        """Root t >= 0 of the secular equation sum (a_i p_i / (a_i^2 + t))^2 = 1.
+
+        The left side is convex and decreasing, so Newton's method rises monotonically to the root
+        from the left. It starts where the largest term alone is 1. Inside, t = 0.
+        """
+        local = (points - self.centre) @ self.axes
+        squares = self.half**2
+        t = np.maximum((np.abs(local) * self.half - squares).max(axis=1), 0.0)
+        for _ in range(60):
+            terms = (self.half * local / (squares + t[:, None])) ** 2
+            slope = 2.0 * (terms / (squares + t[:, None])).sum(axis=1)
+            step = np.maximum(terms.sum(axis=1) - 1.0, 0.0) / np.maximum(slope, 1e-300)
+            t = t + step
+            if (step <= 1e-15 * t).all():
+                break
+        nearest = squares * local / (squares + t[:, None])
+        return np.asarray(self.centre + nearest @ self.axes.T)
+
+    def normals(self, grow: float, tolerance: float) -> Floats:
+        del grow, tolerance  # the cuts find where it is round
+        return np.vstack([self.axes.T, -self.axes.T])
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """Convex hull of points; build with `from_points`."""
+
+    points: Floats
+    """Its vertices [m], shape (k, n)."""
+    facets: Ints
+    """Vertex indices of the simplices of its surface, shape (f, n)."""
+    equations: Floats
+    """Distinct facet planes, outward unit normal and minus offset, shape (m, n + 1)."""
+
+    @classmethod
+    def from_points(cls, points: Floats) -> Hull:
+        """Hull of (k, n) points; flat sets are thickened by `FLAT_HULL_THICKNESS`."""
+        try:
+            hull = ConvexHull(points)
+        except (QhullError, ValueError):
+            shift = FLAT_HULL_THICKNESS * np.eye(points.shape[1])
+            shifts = np.vstack([np.zeros((1, points.shape[1])), shift, -shift])
+            hull = ConvexHull((points[:, None, :] + shifts).reshape(-1, points.shape[1]))
+        scale = max(1.0, float(np.abs(hull.points).max()))
+        keys = np.round(hull.equations / np.append(np.ones(points.shape[1]), scale), 9)
+        _, first = np.unique(keys + 0.0, axis=0, return_index=True)
+        index = np.zeros(len(hull.points), dtype=np.int64)
+        index[hull.vertices] = np.arange(len(hull.vertices))
+        return cls(
+            hull.points[hull.vertices], index[hull.simplices], hull.equations[np.sort(first)]
+        )
+
+    @property
+    def centre(self) -> Floats:
+        return np.asarray(self.points.mean(axis=0))
+
+    def support(self, directions: Floats) -> Floats:
+        return np.asarray((directions @ self.points.T).max(axis=1))
+
+    def project(self, points: Floats) -> Floats:
+        n = self.points.shape[1]
+        corners = self.points[self.facets]
+        if n == 2:
+            candidates = _nearest_on_segments(points, corners[:, 0], corners[:, 1])
+        else:
+            candidates = _nearest_on_triangles(points, corners)
+        distance = np.linalg.norm(candidates - points[:, None, :], axis=2)
+        nearest = candidates[np.arange(len(points)), distance.argmin(axis=1)]
+        inside = (points @ self.equations[:, :n].T + self.equations[:, n]).max(axis=1) <= 0.0
+        return np.where(inside[:, None], points, nearest)
+
+    def normals(self, grow: float, tolerance: float) -> Floats:
+        del grow, tolerance
+        n = self.points.shape[1]
+        if len(self.equations) <= MAX_HULL_FACETS[n]:
+            return self.equations[:, :n]
+        return np.vstack([np.eye(n), -np.eye(n)])
+
+
+def farthest(centre: Floats, generators: Floats) -> float:
+    """Largest |centre + generators u| over |u| <= 1 [m], for generators of shape (n, k).
+
+    With S = G'G and g = G'c the maximum is the minimum over t >= max eig S of the Lagrange dual
+    t + g'(t I - S)^-1 g + |c|^2 (strong duality of the trust-region problem).
+    """
+    values, vectors = np.linalg.eigh(generators.T @ generators)
+    g = vectors.T @ (generators.T @ centre)
+    top, size = float(values[-1]), float(np.linalg.norm(g))
+    base = float(centre @ centre)
+
+    def slope(t: float) -> float:
+        return 1.0 - float((g**2 / (t - values) ** 2).sum())
+
+    low, high = top + 1e-12 * (top + size) + 1e-300, top + size + 1e-12
+    t = low if slope(low) >= 0.0 else float(brentq(slope, low, max(high, low), xtol=1e-14))
+    return float(np.sqrt(t + (g**2 / (t - values)).sum() + base))
+
+
+def _polygon_normals(frame: Floats, radius: float, tolerance: float) -> Floats:
+    """Normals of the smallest 4k-gon whose corners stay within `tolerance` of a circle.
+
+    `frame` (2, n) spans the plane of the circle.
+    """
+    count = 4
+    while radius * (1.0 / np.cos(np.pi / count) - 1.0) > tolerance:
+        count += 4
+    angle = 2.0 * np.pi * np.arange(count) / count
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    circle[np.abs(circle) < 1e-15] = 0.0
+    return np.asarray(circle @ frame)
+
+
+def _prism_normals(axis: Floats, radius: float, tolerance: float) -> Floats:
+    """The two directions along a unit axis and those of a polygon around it (the sides in 2-D)."""
+    if axis.size == 2:
+        side = np.array([-axis[1], axis[0]])
+        return np.vstack([axis, -axis, side, -side])
+    # The frame nearest the world axes: shared plane directions mean fewer leaves.
+    nearest = np.eye(3)[np.abs(axis).argmin()]
+    first: Floats = nearest - (nearest @ axis) * axis
+    first = first / np.linalg.norm(first)
+    frame = np.vstack([first, np.cross(axis, first)])
+    return np.vstack([axis, -axis, _polygon_normals(frame, radius, tolerance)])
+
+
+def _nearest_on_segments(points: Floats, start: Floats, end: Floats) -> Floats:
+    """Nearest point on each of f segments for each of k points; shape (k, f, n)."""
+    along = end - start
+    square = np.maximum((along**2).sum(axis=1), 1e-300)
+    t = ((points[:, None, :] - start) * along).sum(axis=2) / square
+    return np.asarray(start + np.clip(t, 0.0, 1.0)[..., None] * along)
+
+
+def _nearest_on_triangles(points: Floats, corners: Floats) -> Floats:
+    """Nearest point on each of f triangles (f, 3, 3) for each of k points; shape (k, f, 3)."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    u, v = b - a, c - a
+    uu, uv, vv = (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
+    det = np.maximum(uu * vv - uv**2, 1e-300)
+    offset = points[:, None, :] - a
+    pu, pv = (offset * u).sum(axis=2), (offset * v).sum(axis=2)
+    s, t = (vv * pu - uv * pv) / det, (uu * pv - uv * pu) / det
+    best = a + s[..., None] * u + t[..., None] * v
+    over = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)
+    distance = np.where(over, np.linalg.norm(best - points[:, None, :], axis=2), np.inf)
+    for start, end in ((a, b), (b, c), (c, a)):
+        foot = _nearest_on_segments(points, start, end)
+        length = np.linalg.norm(foot - points[:, None, :], axis=2)
+        closer = length < distance
+        best = np.where(closer[..., None], foot, best)
+        distance = np.where(closer, length, distance)
+    return np.asarray(best)

@@ -1,0 +1,110 @@
+"""The outer polytope contains the grown shape, and its error is what it says."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hzmp_planners._arrays import Floats
+from hzmp_sim.scene.outer import outer_polytope
+from hzmp_sim.scene.shapes import Box, Capsule, Cylinder, Ellipsoid, Hull, Shape, farthest
+
+
+def rotation(seed: int) -> Floats:
+    return np.asarray(Rotation.random(random_state=seed).as_matrix())
+
+
+def round_hull() -> Hull:
+    points = np.random.default_rng(3).normal(size=(150, 3))
+    return Hull.from_points(points / np.linalg.norm(points, axis=1)[:, None])
+
+
+SHAPES: dict[str, Callable[[], Shape]] = {
+    "box": lambda: Box(np.array([1.0, -2.0, 0.5]), rotation(1), np.array([0.5, 0.2, 1.0])),
+    "sphere": lambda: Capsule(np.full((2, 3), 0.3), 0.5),
+    "capsule": lambda: Capsule(np.array([[0.0, 0.0, 0.0], [0.3, 0.2, 1.0]]), 0.3),
+    "cylinder": lambda: Cylinder(np.zeros(3), rotation(2)[:, 0], 0.5, 0.7),
+    "coin": lambda: Cylinder(np.zeros(3), rotation(3)[:, 0], 1.0, 0.01),
+    "ellipsoid": lambda: Ellipsoid(np.ones(3), rotation(4), np.array([0.3, 0.5, 1.0])),
+    "pancake": lambda: Ellipsoid(np.ones(3), rotation(5), np.array([0.02, 0.5, 1.0])),
+    "hull": lambda: Hull.from_points(np.random.default_rng(0).normal(size=(12, 3))),
+    "round hull": round_hull,
+    "flat hull": lambda: Hull.from_points(
+        np.column_stack([np.random.default_rng(1).normal(size=(9, 2)), np.zeros(9)])
+    ),
+    "needle": lambda: Hull.from_points(np.array([[0.0, 0.0, 0.0], [3.0, 0.1, 0.0]])),
+    "disc": lambda: Capsule(np.ones((2, 2)), 0.5),
+    "stadium": lambda: Capsule(np.array([[0.0, 0.0], [1.0, 0.5]]), 0.2),
+    "rectangle": lambda: Box(np.zeros(2), np.eye(2), np.array([1.0, 2.0])),
+    "ellipse": lambda: Ellipsoid(np.zeros(2), np.eye(2), np.array([0.3, 1.0])),
+    "polygon": lambda: Hull.from_points(np.random.default_rng(2).normal(size=(8, 2))),
+}
+
+
+def units(k: int, n: int, seed: int = 0) -> Floats:
+    directions = np.random.default_rng(seed).normal(size=(k, n))
+    return np.asarray(directions / np.linalg.norm(directions, axis=1)[:, None])
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_nearest_point_is_optimal(name: str) -> None:
+    """p in a convex set is its nearest point to x exactly when h(x - p) = (x - p).p."""
+    shape = SHAPES[name]()
+    n = shape.centre.size
+    points = shape.centre + 2.0 * np.random.default_rng(1).normal(size=(300, n))
+    nearest = shape.project(points)
+    away = points - nearest
+    np.testing.assert_allclose(shape.support(away), (away * nearest).sum(axis=1), atol=1e-6)
+    directions = units(200, n)
+    assert (nearest @ directions.T - shape.support(directions)).max() < 1e-7  # p is in the set
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize(("grow", "tolerance"), [(0.15, 0.1125), (0.25, 0.1875), (0.2, 0.03)])
+def test_contains_the_grown_shape_within_the_tolerance(
+    name: str, grow: float, tolerance: float
+) -> None:
+    shape = SHAPES[name]()
+    outer = outer_polytope(shape, grow, tolerance)
+    n = shape.centre.size
+    # Every half-space supports the grown shape: contains it, and touches it.
+    support = shape.support(outer.polytope.A) + grow
+    np.testing.assert_allclose(outer.polytope.b, support, atol=1e-9)
+    # The error is the largest distance of its corners, found here by the class itself.
+    corners = outer.polytope.vertices
+    beyond = np.linalg.norm(corners - shape.project(corners), axis=1) - grow
+    assert outer.error <= tolerance
+    assert outer.error == pytest.approx(max(0.0, float(beyond.max())), abs=1e-6)
+    # The same seen from random directions: h_polytope - h_grown never exceeds the error.
+    directions = units(500, n, seed=5)
+    excess = (corners @ directions.T).max(axis=0) - shape.support(directions) - grow
+    assert excess.min() >= -1e-9
+    assert excess.max() <= outer.error + 1e-7
+
+
+@pytest.mark.parametrize(
+    ("name", "facets"),
+    [("box", 6), ("sphere", 14), ("cylinder", 10), ("rectangle", 4), ("disc", 8)],
+)
+def test_few_facets_at_the_default_tolerance(name: str, facets: int) -> None:
+    outer = outer_polytope(SHAPES[name](), 0.25, 0.1875)
+    assert len(outer.polytope.b) == facets
+
+
+def test_finer_tolerance_costs_facets() -> None:
+    counts = [len(outer_polytope(SHAPES["sphere"](), 0.2, t).polytope.b) for t in (0.6, 0.1, 0.02)]
+    assert counts[0] == 6
+    assert counts[0] < counts[1] < counts[2] < 300
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_farthest_point_of_an_ellipsoid(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n, k = (3, 3) if seed % 2 else (2, 3)
+    centre, generators = rng.normal(size=n), rng.normal(size=(n, k))
+    if seed < 4:
+        centre *= 0.0  # the hard case of the trust-region problem
+    sampled = np.linalg.norm(centre + units(200_000, k, seed) @ generators.T, axis=1).max()
+    assert sampled <= farthest(centre, generators) + 1e-9
+    assert farthest(centre, generators) == pytest.approx(float(sampled), rel=1e-3)

