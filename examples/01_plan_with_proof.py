@@ -18,7 +18,9 @@ def main() -> None:
     print(f"{len(space.leaves)} leaves, {len(space.graph.faces)} shared faces")
 
     plan = hz.plan(space, start=(0.5, 0.5), goal=(8.5, 0.5), gap=1e-6)
-    print(f"{plan.status.name}: {plan.cost:.6f} m, no path is shorter than {plan.lower_bound:.6f} m")
+    print(
+        f"{plan.status.name}: {plan.cost:.6f} m, no path is shorter than {plan.lower_bound:.6f} m"
+    )
     for leaf, point in zip(plan.leaves, plan.waypoints[1:], strict=True):
         print(f"  through leaf {leaf} to ({point[0]:.3f}, {point[1]:.3f})")
     print(f"verified: {hz.verify(plan).describe()}")

@@ -17,16 +17,15 @@ from hzmp_planners.sets import Ellipsotope as Ellipsotope
 from hzmp_planners.sets import HybridZonotope as HybridZonotope
 from hzmp_planners.sets import Polytope as Polytope
 from hzmp_planners.sets import Zonotope as Zonotope
-from hzmp_tracking import Limits as Limits
-from hzmp_tracking import Trajectory as Trajectory
-from hzmp_tracking import time_parameterize as time_parameterize
-
 from hzmp_sim.run import FlightLog as FlightLog
 from hzmp_sim.run import Run as Run
 from hzmp_sim.scene import Scene as Scene
 from hzmp_sim.scene import load_scene as load_scene
 from hzmp_sim.settings import RunSettings as RunSettings
 from hzmp_sim.simulation import simulate as simulate
+from hzmp_tracking import Limits as Limits
+from hzmp_tracking import Trajectory as Trajectory
+from hzmp_tracking import time_parameterize as time_parameterize
 
 __version__ = "0.1.0"
 

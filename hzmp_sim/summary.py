@@ -20,10 +20,12 @@ def run_summary(run: Run, directory: Path) -> str:
     lines = [f"{m['status'].replace('_', ' ')}: {_outcome(run)}", plan_line(run.plan)]
     if run.log is not None:
         lines.append(
-            f"flight    {m['trajectory_duration_s']:.2f} s, containment {m['containment_m']:.2g} m, "
+            f"flight    {m['trajectory_duration_s']:.2f} s, "
+            f"{m['collision_steps']} collision steps, "
+            f"containment {m['containment_m']:.2g} m, "
             f"tracking error max {1e3 * m['tracking_error_max_m']:.1f} mm, "
             f"least clearance {_millimetres(m['min_clearance_m'])} "
-            f"(kept free: {1e3 * run.scene.clearance:.0f} mm), {m['collision_steps']} collision steps"
+            f"(planned for {1e3 * run.scene.clearance:.0f} mm)"
         )
         lines.append(
             f"speed     simulated at {m['realtime_factor']:.0f} x real time; whole run "
@@ -54,8 +56,8 @@ def plan_line(plan: Plan) -> str:
     if not math.isfinite(plan.cost):
         return f"plan      nothing found; no path is shorter than {plan.lower_bound:.4f} m"
     return (
-        f"plan      {plan.status.name.lower()}: {plan.cost:.4f} m through {len(plan.leaves)} leaves, "
-        f"no path is shorter than {plan.lower_bound:.4f} m (gap {100.0 * plan.gap:.3f} %)"
+        f"plan      {plan.status.name.lower()}: {plan.cost:.4f} m through {len(plan.leaves)} "
+        f"leaves, no path is shorter than {plan.lower_bound:.4f} m (gap {100.0 * plan.gap:.3f} %)"
     )
 
 
@@ -142,8 +144,9 @@ def print_scene(scene: Scene) -> None:
         f"body      {scene.body}: {scene.n}-D, radius {1e3 * scene.radius:.0f} mm, "
         f"clearance {1e3 * scene.clearance:.0f} mm",
         f"workspace {sizes} m",
-        f"space     {facts['obstacles']} obstacles -> {facts['leaves']} leaves, {facts['faces']} "
-        f"shared faces, {facts['components']} components, {facts['free_volume']:.4g} m^{scene.n} free",
+        f"space     {facts['obstacles']} obstacles -> {facts['leaves']} leaves, "
+        f"{facts['faces']} shared faces, {facts['components']} components, "
+        f"{facts['free_volume']:.4g} m^{scene.n} free",
         sep="\n",
         markup=False,
     )

@@ -9,8 +9,13 @@ import mujoco
 import numpy as np
 
 if TYPE_CHECKING:
-    from hzmp_planners._arrays import Floats
+    from hzmp_planners._arrays import Floats, Ints
+    from hzmp_sim.run import FlightLog
     from hzmp_sim.scene import Scene
+
+_CHASE_DISTANCE = 2.2  # [m] between the following camera and the body
+_CHASE_ELEVATION = -32.0  # [deg]
+_CHASE_WINDOW = 1.0  # [s] over which the direction of travel is averaged
 
 OVERVIEW = "overview"
 """Name of the camera that a world may bring for its pictures."""
@@ -66,3 +71,27 @@ def camera(scene: Scene, aspect: float) -> mujoco.MjvCamera:
     view.azimuth = math.degrees(math.atan2(forward[1], forward[0]))
     view.elevation = math.degrees(math.asin(forward[2] / view.distance))
     return view
+
+
+def chase_cameras(log: FlightLog, rows: Ints) -> list[mujoco.MjvCamera]:
+    """Free cameras that follow the body from behind and above, one for each row of the log.
+
+    They look along the direction of travel, averaged so that the picture turns smoothly; where the
+    body hardly moves sideways the direction stays what it was.
+    """
+    steps = max(1, round(_CHASE_WINDOW / max(float(log.time[1] - log.time[0]), 1e-9)))
+    last = len(log.time) - 1
+    way = log.position[np.minimum(rows + steps, last)] - log.position[np.maximum(rows - steps, 0)]
+    whole = log.position[-1] - log.position[0]
+    azimuth = math.degrees(math.atan2(whole[1], whole[0]))
+    cameras = []
+    for row, (x, y, _) in zip(rows.tolist(), way.tolist(), strict=True):
+        if math.hypot(x, y) > 0.1:
+            turn = (math.degrees(math.atan2(y, x)) - azimuth + 180.0) % 360.0 - 180.0
+            azimuth += 0.1 * turn
+        view = mujoco.MjvCamera()
+        view.type = mujoco.mjtCamera.mjCAMERA_FREE.value
+        view.lookat[:] = log.position[row]
+        view.distance, view.elevation, view.azimuth = _CHASE_DISTANCE, _CHASE_ELEVATION, azimuth
+        cameras.append(view)
+    return cameras

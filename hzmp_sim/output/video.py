@@ -17,7 +17,7 @@ import numpy as np
 
 from hzmp_planners.errors import HzmpError
 from hzmp_sim.output import palette
-from hzmp_sim.output.framing import camera, workspace_box
+from hzmp_sim.output.framing import camera, chase_cameras, workspace_box
 from hzmp_sim.output.opengl import Image, OffscreenRenderer
 
 if TYPE_CHECKING:
@@ -67,13 +67,14 @@ def write_video(
 ) -> int:
     """Render the flight of `run` to an H.264 MP4 at `playback_speed(run)`; returns its frames.
 
-    The camera is the model's `overview`, or one that frames the workspace. Drawn on top: the path,
-    the way flown so far, start and goal.
+    Two views side by side: the whole world (the model's camera `overview`, or one that frames the
+    workspace), and the body from behind. Drawn on top: the path, the way flown so far, start and
+    goal.
 
     Args:
         run: a run with a flight log.
         path: file to write.
-        width: of a frame, in pixels, even.
+        width: of one view, in pixels, even; a frame is twice as wide.
         height: likewise.
         fps: frames a second.
         progress: called with 1 after each frame; see `frame_count` for how many will come.
@@ -86,9 +87,14 @@ def write_video(
         raise VideoError("a video needs a flight, but this run was not flown")
     times = np.linspace(run.log.time[0], run.log.time[-1], frame_count(run, fps))
     rows = np.searchsorted(run.log.time, times - 1e-9).clip(max=len(run.log.time) - 1)
-    with _Stage(run, width, height, _FILM) as stage, _Encoder(path, width, height, fps) as encoder:
-        for row in rows:
-            encoder.write(stage.render(run.log.qpos[row], int(row)))
+    overview, behind = camera(run.scene, width / height), chase_cameras(run.log, rows)
+    with (
+        _Stage(run, width, height, _FILM) as stage,
+        _Encoder(path, 2 * width, height, fps) as encoder,
+    ):
+        for row, chase in zip(rows.tolist(), behind, strict=True):
+            views = [stage.render(view, run.log.qpos[row], row) for view in (overview, chase)]
+            encoder.write(np.hstack(views))
             if progress is not None:
                 progress(1.0)
     return len(rows)
@@ -112,11 +118,11 @@ def render_frame(run: Run, row: int | None = None, *, width: int = 960, height: 
     else:
         qpos, upto = run.log.qpos[row], row % len(run.log.time)
     with _Stage(run, width, height, _STILL) as stage:
-        return stage.render(qpos, upto)
+        return stage.render(camera(run.scene, width / height), qpos, upto)
 
 
 class _Stage:
-    """A run's model, camera and overlays, ready to be rendered in any state."""
+    """A run's model and overlays, ready to be rendered in any state from any camera."""
 
     def __init__(self, run: Run, width: int, height: int, quality: _Quality) -> None:
         self._run = run
@@ -128,7 +134,6 @@ class _Stage:
         visual.global_.offwidth = max(visual.global_.offwidth, width)
         visual.global_.offheight = max(visual.global_.offheight, height)
         self._data = mujoco.MjData(self._model)
-        self._camera = camera(run.scene, width / height)
         self._option = mujoco.MjvOption()
         self._scene = mujoco.MjvScene(self._model, self._model.ngeom * 2 + 1000)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION.value] = 0
@@ -137,12 +142,12 @@ class _Stage:
         self._path = run.scene.to_world(run.plan.waypoints) if len(run.plan.waypoints) else None
         self._renderer = OffscreenRenderer(self._model, width, height)
 
-    def render(self, qpos: Floats, row: int | None) -> Image:
+    def render(self, view: mujoco.MjvCamera, qpos: Floats, row: int | None) -> Image:
         """Picture in state `qpos`, with the trail of the log up to `row`."""
         self._data.qpos[:] = qpos
         mujoco.mj_forward(self._model, self._data)
         mujoco.mjv_updateScene(
-            self._model, self._data, self._option, None, self._camera,
+            self._model, self._data, self._option, None, view,
             mujoco.mjtCatBit.mjCAT_ALL.value, self._scene,
         )  # fmt: skip
         scene = self._run.scene

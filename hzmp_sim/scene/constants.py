@@ -10,6 +10,13 @@ its 6 facets (its corners stand out by 0.73 of the growth) and leaves stay few."
 MIN_TOLERANCE = 0.05
 """Floor of the default tolerance [m]: finer than this costs leaves and gains no passage."""
 
+MAX_COORDINATE = 1e6
+"""Largest coordinate or size read [m]: beyond it double precision cannot hold `TOUCH_TOL`."""
+
+CLIP_RATIO = 3.0
+"""Shapes that reach beyond the free-space box by more than this many times its size are cut off
+there: a hill of radius 1 km must not cost facets where nothing flies."""
+
 TOUCH_TOL = 1e-6
 """Shapes that overlap by less than this [m] only touch. MJCF numbers and float32 mesh vertices are
 right to about 1e-7."""
@@ -30,6 +37,9 @@ SLICE_DIRECTIONS = (48, 96, 192, 384, 768, 1536, 3072)
 MAX_ROUNDS = 40
 """Rounds of cuts before an outer approximation is given up; each round halves the error at least
 for smooth shapes, and 6 suffice in practice."""
+
+MAX_PROJECTIONS = 500
+"""Alternating projections before two convex sets count as apart; a few do unless they graze."""
 
 CUT_SPREAD = 0.97
 """Two cuts of one round whose normals agree more than this (cosine, 14 degrees) are one cut."""

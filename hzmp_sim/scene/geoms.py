@@ -9,6 +9,7 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
+from hzmp_sim.scene.constants import MAX_COORDINATE
 from hzmp_sim.scene.shapes import Box, Capsule, Cylinder, Ellipsoid, Hull, Shape, farthest
 
 _TYPE = mujoco.mjtGeom
@@ -51,6 +52,12 @@ def geom_shape(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Shape |
     centre = np.array(data.geom_xpos[geom])
     axes = np.array(data.geom_xmat[geom]).reshape(3, 3)
     axes[np.abs(axes) < 1e-15] = 0.0  # round-off of cos(90 deg)
+    extent = np.abs(np.concatenate([centre, size if kind != _TYPE.mjGEOM_PLANE else [0.0]])).max()
+    if not (np.isfinite(axes).all() and extent <= MAX_COORDINATE):
+        raise SceneError(
+            f"{geom_name(model, geom)} has position {centre.tolist()} and size {size.tolist()}; "
+            f"both must be finite and below {MAX_COORDINATE:g} m"
+        )
     if kind == _TYPE.mjGEOM_BOX:
         return Box(centre, axes, size)
     if kind == _TYPE.mjGEOM_SPHERE:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import mujoco
@@ -56,6 +57,7 @@ def load_scene(
         QueryError: start or goal is outside the workspace or inside an obstacle.
         ShapeError: an argument is not finite or has the wrong shape.
     """
+    began = time.perf_counter()
     keep = _positive("clearance", DEFAULT_CLEARANCE if clearance is None else clearance, zero=True)
     file = find_world(path)
     spec = read_spec(file)
@@ -111,6 +113,7 @@ def load_scene(
         geoms=obstacles.reports,
         warnings=warnings + world.warnings + obstacles.warnings,
         initial_qpos=frozen(qpos_at(world.model, world.data, moving, centre)),
+        reading_time=time.perf_counter() - began,
     )
 
 

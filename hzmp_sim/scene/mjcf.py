@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,10 +39,14 @@ def read_spec(file: Path) -> mujoco.MjSpec:
     Raises:
         SceneError: the file cannot be read or parsed.
     """
-    try:
-        spec = mujoco.MjSpec.from_file(str(file))
-    except (ValueError, mujoco.FatalError, OSError, UnicodeError) as error:
-        raise SceneError(f"{file}: {one_line(error)}") from error
+    with _mujoco_warnings() as notes:
+        try:
+            spec = mujoco.MjSpec.from_file(str(file))
+        except (ValueError, mujoco.FatalError, OSError, UnicodeError) as error:
+            raise SceneError(f"{file}: {one_line(error)}") from error
+    for note in notes:
+        if "NaN" in note:  # MuJoCo only warns, and goes on with a default value
+            raise SceneError(f"{file}: {note}")
     # The world of a run is written elsewhere and must still find its meshes and textures.
     folder = file.resolve().parent
     spec.meshdir = str(folder / spec.meshdir)
@@ -81,6 +88,11 @@ def written_world(spec: mujoco.MjSpec, file: Path) -> World:
     coordinates, which MJCF text cannot hold: those stay files, by absolute path.
     If the text does not compile, the model is that of the spec, with a warning.
     """
+    with _mujoco_warnings() as notes:
+        return _written(spec, file, notes)
+
+
+def _written(spec: mujoco.MjSpec, file: Path, notes: list[str]) -> World:
     model, data = compile_spec(spec, file)
     if any(_embed(mesh, model) for mesh in spec.meshes):
         model, data = compile_spec(spec, file)
@@ -89,10 +101,10 @@ def written_world(spec: mujoco.MjSpec, file: Path) -> World:
         written = mujoco.MjModel.from_xml_string(text)
     except (ValueError, mujoco.FatalError) as error:
         warning = f"MuJoCo cannot read back the world it wrote: {one_line(error)}"
-        return World(model, data, text, (warning,))
+        return World(model, data, text, (*notes, warning))
     data = mujoco.MjData(written)
     mujoco.mj_kinematics(written, data)
-    return World(written, data, text, ())
+    return World(written, data, text, tuple(notes))
 
 
 def _embed(mesh: mujoco.MjsMesh, model: mujoco.MjModel) -> bool:
@@ -112,12 +124,26 @@ def _embed(mesh: mujoco.MjsMesh, model: mujoco.MjModel) -> bool:
     return True
 
 
+@contextmanager
+def _mujoco_warnings() -> Iterator[list[str]]:
+    """Collect MuJoCo's warnings, which it would print and log into the working folder."""
+    notes: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: notes.append(" ".join(text.split())))
+    try:
+        yield notes
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
 def one_line(error: Exception) -> str:
     """A MuJoCo message without line breaks and repeated prefixes."""
-    text = " ".join(str(error).split())
+    if broken := re.search(r"XML parse error.*Line number=(\d+)", str(error), re.DOTALL):
+        return f"not well-formed XML near line {broken[1]}"
+    text = ", ".join(" ".join(line.split()) for line in str(error).splitlines() if line.strip())
     for prefix in ("XML Error: ", "Error: "):
         text = text.removeprefix(prefix)
-    text = text.replace("Element name '', ", "").rstrip(": ")
+    text = text.replace("Element name '', ", "").replace("Element ", "element ").rstrip(": ")
     if "unrecognized element" in text and "'composite'" in text:
         text += " (MuJoCo 4 has no composite; use replicate or flexcomp)"
     return text or type(error).__name__

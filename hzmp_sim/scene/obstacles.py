@@ -11,13 +11,13 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.bodies import Body
-from hzmp_sim.scene.constants import SLICE_SHARE, TOUCH_TOL
+from hzmp_sim.scene.constants import CLIP_RATIO, SLICE_SHARE, TOUCH_TOL
 from hzmp_sim.scene.contact_filter import contact_margins
 from hzmp_sim.scene.geoms import HalfSpace, geom_name, geom_shape, geom_type
 from hzmp_sim.scene.outer import Outer, outer_polytope
 from hzmp_sim.scene.placement import Bounds
 from hzmp_sim.scene.planar import is_upright_prism, slice_halfspace, slice_shape, vertical_range
-from hzmp_sim.scene.scene import GeomReport
+from hzmp_sim.scene.scene import GeomReport, Role
 from hzmp_sim.scene.shapes import Shape
 
 
@@ -56,6 +56,7 @@ def read_obstacles(
     for geom in range(model.ngeom):
         name, kind = geom_name(model, geom), geom_type(model, geom)
         outer: Outer | None = None
+        role: Role = "ignored"
         if geom in body.geoms:
             reports.append(GeomReport(geom, name, kind, "body", 0, 0.0, "part of the moving body"))
             continue
@@ -68,12 +69,12 @@ def read_obstacles(
             grow = body.radius + clearance + float(margins[geom])
             shape = geom_shape(model, data, geom)
             try:
-                outer, ignored = _obstacle(shape, body, bounds, clearance, grow, tolerance)
+                outer, role, ignored = _obstacle(shape, body, bounds, clearance, grow, tolerance)
             except SceneError as error:
                 raise SceneError(f"{name}: {error}") from error
             reason = ignored or reason
         if outer is None:
-            reports.append(GeomReport(geom, name, kind, "ignored", 0, 0.0, reason))
+            reports.append(GeomReport(geom, name, kind, role, 0, 0.0, reason))
             continue
         polytopes.append(outer.polytope)
         geoms.append(geom)
@@ -111,8 +112,8 @@ def _obstacle(
     clearance: float,
     grow: float,
     tolerance: float,
-) -> tuple[Outer | None, str]:
-    """The grown obstacle of one shape, or None and why it is none."""
+) -> tuple[Outer | None, Role, str]:
+    """The grown obstacle of one shape, or None; its role, and why it is none."""
     excess = 0.0
     if body.planar:
         low, high = body.heights
@@ -122,22 +123,22 @@ def _obstacle(
         thick = (low - clearance, high + clearance)
         if isinstance(shape, HalfSpace):
             if slice_halfspace(shape, low, high) is None:
-                return None, beside
+                return None, "beside", beside
             shape = slice_halfspace(shape, *thick) or shape
         else:
             bottom, top = vertical_range(shape)
             if top <= low + TOUCH_TOL or bottom >= high - TOUCH_TOL:
-                return None, beside
+                return None, "beside", beside
             shape, excess = slice_shape(shape, *thick, SLICE_SHARE * tolerance)
     if isinstance(shape, HalfSpace):
         outer = _halfspace_obstacle(shape, bounds, grow)
     elif _is_far(shape, bounds, grow):
-        return None, "outside the workspace"
+        return None, "ignored", "outside the workspace"
     else:
-        outer = outer_polytope(shape, grow, tolerance - excess)
+        outer = outer_polytope(shape, grow, tolerance - excess, _window(shape, bounds, grow))
     if not _meets(outer, bounds):
-        return None, "outside the workspace"
-    return Outer(outer.polytope, outer.vertices, outer.error + excess), ""
+        return None, "ignored", "outside the workspace"
+    return Outer(outer.polytope, outer.vertices, outer.error + excess), "obstacle", ""
 
 
 def _halfspace_obstacle(plane: HalfSpace, bounds: Bounds, grow: float) -> Outer:
@@ -150,6 +151,15 @@ def _halfspace_obstacle(plane: HalfSpace, bounds: Bounds, grow: float) -> Outer:
     A, b = np.vstack([box.A, plane.normal]), np.append(box.b, offset)
     polytope = Polytope.from_halfspaces(A, b)
     return Outer(polytope, polytope.vertices, 0.0)
+
+
+def _window(shape: Shape, bounds: Bounds, grow: float) -> Bounds | None:
+    """The box to cut a shape off at: None unless it dwarfs the bounds."""
+    size = float((bounds[1] - bounds[0]).max())
+    low, high = bounds[0] - CLIP_RATIO * size - grow, bounds[1] + CLIP_RATIO * size + grow
+    axes = np.eye(low.size)
+    fits = (shape.support(axes) <= high).all() and (-shape.support(-axes) >= low).all()
+    return None if fits else (bounds[0] - grow, bounds[1] + grow)
 
 
 def _is_far(shape: Shape, bounds: Bounds, grow: float) -> bool:

@@ -17,7 +17,7 @@ from scipy.spatial import HalfspaceIntersection, QhullError
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 from hzmp_planners.sets import Polytope
-from hzmp_sim.scene.constants import CUT_SPREAD, MAX_ROUNDS
+from hzmp_sim.scene.constants import CUT_SPREAD, MAX_PROJECTIONS, MAX_ROUNDS
 from hzmp_sim.scene.shapes import Shape
 
 
@@ -32,27 +32,38 @@ class Outer:
     """Largest distance of a point of the polytope to the grown shape [m]."""
 
 
-def outer_polytope(shape: Shape, grow: float, tolerance: float) -> Outer:
+def outer_polytope(
+    shape: Shape, grow: float, tolerance: float, within: tuple[Floats, Floats] | None = None
+) -> Outer:
     """Polytope around {x : distance to shape <= grow}, at most `tolerance` too large.
+
+    With `within` = (lo, hi) it is only the part in that box, cut off by the sides of the box.
 
     Args:
         shape: convex shape in 2-D or 3-D.
         grow: radius of the ball it is grown by [m], > 0.
         tolerance: largest distance of a point of the result to the grown shape [m], > 0.
+        within: box (lo, hi), each (n,) [m], that the grown shape must reach into.
 
     Raises:
         SceneError: the shape is too large or too thin for double precision.
     """
-    normals = shape.normals(grow, tolerance)
+    normals, inside = shape.normals(grow, tolerance), shape.centre
+    sides, ends = np.zeros((0, inside.size)), np.zeros(0)
+    if within is not None:
+        sides = np.vstack([np.eye(inside.size), -np.eye(inside.size)])
+        ends = np.concatenate([within[1], -within[0]])
+        inside = _common_point(shape, grow, within)
     for _ in range(MAX_ROUNDS):
-        offsets = shape.support(normals) + grow
-        corners, facet_corners = _corners(normals, offsets, shape.centre)
+        planes = np.vstack([sides, normals])
+        offsets = np.concatenate([ends, shape.support(normals) + grow])
+        corners, facet_corners = _corners(planes, offsets, inside)
         away = corners - shape.project(corners)
         distance = np.linalg.norm(away, axis=1)
         beyond = distance - grow
         if beyond.max() <= tolerance:
-            kept = facet_corners >= normals.shape[1]  # fewer corners: the plane is redundant
-            polytope = Polytope.from_halfspaces(normals[kept], offsets[kept])
+            kept = facet_corners >= inside.size  # fewer corners: the plane is redundant
+            polytope = Polytope.from_halfspaces(planes[kept], offsets[kept])
             return Outer(polytope, corners, max(0.0, float(beyond.max())))
         far = np.flatnonzero(beyond > tolerance)
         far = far[np.argsort(-beyond[far], kind="stable")]
@@ -61,6 +72,24 @@ def outer_polytope(shape: Shape, grow: float, tolerance: float) -> Outer:
         f"no polytope within {tolerance:g} m of the shape at {np.round(shape.centre, 3).tolist()} "
         f"after {MAX_ROUNDS} rounds: choose a larger tolerance"
     )
+
+
+def _common_point(shape: Shape, grow: float, within: tuple[Floats, Floats]) -> Floats:
+    """A point well inside both the grown shape and the box, by alternating projections.
+
+    Raises:
+        SceneError: there is none.
+    """
+    low, high = within
+    point = 0.5 * (low + high)
+    for _ in range(MAX_PROJECTIONS):
+        nearest = shape.project(point[None, :])[0]
+        clipped = np.clip(nearest, low, high)
+        if float(np.linalg.norm(clipped - nearest)) < 0.5 * grow:
+            inner = 0.25 * grow  # stay off the walls of the box, still inside the grown shape
+            return np.asarray(np.clip(clipped, low + inner, high - inner))
+        point = clipped
+    raise SceneError("a shape only grazes the free space, too far out to be approximated")
 
 
 def _spread(directions: Floats) -> Floats:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import Floats, as_floats
 from hzmp_planners.errors import QueryError, SceneError
+from hzmp_sim.scene.constants import MAX_COORDINATE
 from hzmp_sim.scene.geoms import HalfSpace, geom_shape
 
 Bounds = tuple[Floats, Floats]
@@ -42,6 +43,7 @@ class Endpoint:
 
         Raises:
             SceneError: nothing says where it is.
+            QueryError: it is further away than anything can be.
         """
         point = self.site if self.given is None else self.given
         if point is None:
@@ -49,6 +51,8 @@ class Endpoint:
                 f'no {self.label}: put <site name="{self.label}" pos="x y z"/> into the world, '
                 f"or give --{self.label} X Y [Z]"
             )
+        if np.abs(point).max() > MAX_COORDINATE:
+            raise QueryError(f"{self.label} {_text(point)} is beyond {MAX_COORDINATE:g} m")
         z = self.height if self.height is not None else height
         if z is None:
             raise SceneError(f"{self.label} {_text(point)} has no height: give three coordinates")
@@ -114,6 +118,8 @@ def _box(low: Floats, high: Floats) -> Bounds:
         raise SceneError(
             f"workspace {_text(low)} to {_text(high)} is empty along {axis}: lo must be below hi"
         )
+    if max(np.abs(low).max(), np.abs(high).max()) > MAX_COORDINATE:
+        raise SceneError(f"workspace {_text(low)} to {_text(high)} is beyond {MAX_COORDINATE:g} m")
     return low, high
 
 

@@ -14,7 +14,7 @@ from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.geoms import geom_name
 
-Role = Literal["obstacle", "ignored", "body"]
+Role = Literal["obstacle", "ignored", "beside", "body"]
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,7 @@ class GeomReport:
     type: str
     """MJCF type, such as "box"."""
     role: Role
+    """"beside": at heights that a planar body does not reach, such as the floor it stands on."""
     facets: int
     """Half-spaces of its obstacle; 0 when it is none."""
     error: float
@@ -76,6 +77,13 @@ class Scene:
     warnings: tuple[str, ...]
     initial_qpos: Floats
     """State (nq,) in which the centre is at start."""
+    reading_time: float
+    """How long it took to read the scene [s]."""
+
+    @property
+    def ground_geoms(self) -> tuple[int, ...]:
+        """Geoms that a planar body may touch: they lie beside the heights that it moves in."""
+        return tuple(report.geom for report in self.geoms if report.role == "beside")
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:

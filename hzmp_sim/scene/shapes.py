@@ -15,6 +15,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_sim.scene.constants import FLAT_HULL_THICKNESS, MAX_HULL_FACETS
+from hzmp_sim.scene.directions import ball_normals, polygon_normals, prism_normals
 
 
 class Shape(Protocol):
@@ -87,9 +88,9 @@ class Capsule:
         axis = self.ends[1] - self.ends[0]
         if not axis.any():
             if n == 2:
-                return _polygon_normals(np.eye(2), self.radius + grow, tolerance)
-            return np.vstack([np.eye(n), -np.eye(n)])
-        return _prism_normals(axis / np.linalg.norm(axis), self.radius + grow, tolerance)
+                return polygon_normals(np.eye(2), self.radius + grow, tolerance)
+            return ball_normals(self.radius + grow, tolerance)
+        return prism_normals(axis / np.linalg.norm(axis), self.radius + grow, tolerance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +121,7 @@ class Cylinder:
         return np.asarray(self.centre + along[:, None] * self.axis + radial)
 
     def normals(self, grow: float, tolerance: float) -> Floats:
-        return _prism_normals(self.axis, self.radius + grow, tolerance)
+        return prism_normals(self.axis, self.radius + grow, tolerance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,33 +236,6 @@ def farthest(centre: Floats, generators: Floats) -> float:
     low, high = top + 1e-12 * (top + size) + 1e-300, top + size + 1e-12
     t = low if slope(low) >= 0.0 else float(brentq(slope, low, max(high, low), xtol=1e-14))
     return float(np.sqrt(t + (g**2 / (t - values)).sum() + base))
-
-
-def _polygon_normals(frame: Floats, radius: float, tolerance: float) -> Floats:
-    """Normals of the smallest 4k-gon whose corners stay within `tolerance` of a circle.
-
-    `frame` (2, n) spans the plane of the circle.
-    """
-    count = 4
-    while radius * (1.0 / np.cos(np.pi / count) - 1.0) > tolerance:
-        count += 4
-    angle = 2.0 * np.pi * np.arange(count) / count
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    circle[np.abs(circle) < 1e-15] = 0.0
-    return np.asarray(circle @ frame)
-
-
-def _prism_normals(axis: Floats, radius: float, tolerance: float) -> Floats:
-    """The two directions along a unit axis and those of a polygon around it (the sides in 2-D)."""
-    if axis.size == 2:
-        side = np.array([-axis[1], axis[0]])
-        return np.vstack([axis, -axis, side, -side])
-    # The frame nearest the world axes: shared plane directions mean fewer leaves.
-    nearest = np.eye(3)[np.abs(axis).argmin()]
-    first: Floats = nearest - (nearest @ axis) * axis
-    first = first / np.linalg.norm(first)
-    frame = np.vstack([first, np.cross(axis, first)])
-    return np.vstack([axis, -axis, _polygon_normals(frame, radius, tolerance)])
 
 
 def _nearest_on_segments(points: Floats, start: Floats, end: Floats) -> Floats:

@@ -74,9 +74,7 @@ class ContactAudit:
         if not self._data.ncon:
             return False
         contact = self._data.contact
-        for one, two, distance in zip(
-            contact.geom1.tolist(), contact.geom2.tolist(), contact.dist.tolist(), strict=True
-        ):
+        for (one, two), distance in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
             mine = (one in self._mine) + (two in self._mine)
             other = two if one in self._mine else one
             if mine == 1 and distance < 0.0 and other not in self._harmless:

@@ -56,7 +56,7 @@ def fly(
     mujoco.mj_forward(model, data)
     dt = float(model.opt.timestep)
     steps = int(np.ceil((trajectory.duration + settle_time) / dt)) + 1
-    times = np.arange(steps) * dt
+    times: Floats = dt * np.arange(steps, dtype=np.float64)
     reference = _Reference(scene, trajectory, times)
     actuation.apply(data, *reference.at(0))
     _trim(model, data)

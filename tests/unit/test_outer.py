@@ -92,10 +92,40 @@ def test_few_facets_at_the_default_tolerance(name: str, facets: int) -> None:
     assert len(outer.polytope.b) == facets
 
 
+def test_balls_take_the_smallest_of_three_patterns() -> None:
+    ball = Capsule(np.zeros((2, 3)), 0.5)
+    for tolerance, facets in ((0.74, 6), (0.73, 14), (0.241, 14), (0.239, 26), (0.13, 26)):
+        outer = outer_polytope(ball, 0.5, tolerance)
+        assert len(outer.polytope.b) == facets
+        assert outer.error <= tolerance
+
+
 def test_finer_tolerance_costs_facets() -> None:
     counts = [len(outer_polytope(SHAPES["sphere"](), 0.2, t).polytope.b) for t in (0.6, 0.1, 0.02)]
     assert counts[0] == 6
     assert counts[0] < counts[1] < counts[2] < 300
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Capsule(np.array([[0.0, 0.0, -1000.5]] * 2), 1000.0),
+        Cylinder(np.array([0.0, -60.0, -80.0]), np.array([0.0, 0.6, 0.8]), 800.0, 100.0),
+        Ellipsoid(np.array([0.0, 0.0, -20.5]), np.eye(3), np.array([900.0, 50.0, 20.0])),
+        Box(np.array([0.0, 0.0, -50.0]), np.eye(3), np.array([500.0, 500.0, 50.0])),
+    ],
+)
+def test_a_huge_shape_is_cut_off_at_the_window(shape: Shape) -> None:
+    low, high = np.full(3, -2.0), np.full(3, 2.0)
+    outer = outer_polytope(shape, 0.2, 0.1, (low, high))
+    assert len(outer.polytope.b) < 40
+    assert outer.error <= 0.1
+    points = np.random.default_rng(0).uniform(low, high, (20_000, 3))
+    distance = np.linalg.norm(points - shape.project(points), axis=1)
+    inside = outer.polytope.contains(points)
+    assert 0 < inside.sum() < len(points)
+    assert inside[distance <= 0.2].all()
+    assert distance[inside].max() <= 0.3 + 1e-6
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -42,11 +42,12 @@ HFIELD = '<hfield name="hills" nrow="2" ncol="2" size="1 1 1 1" elevation="0 1 0
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("</mujoco>", "", ["scene.xml", "XML"]),
+        ("</mujoco>", "", ["scene.xml", "not well-formed XML", "line"]),
         ("<worldbody>", '<worldbody><geom type="box"', ["scene.xml"]),
         ("<asset>", '<include file="rooms.xml"/><asset>', ["rooms.xml", "line 3"]),
         ('size="0.15 1 1"', 'size="0.15 1 -1"', ["wall", "size"]),
-        ('size="0.15 1 1"', 'size="nan 1 1"', ["scene.xml", "line"]),
+        ('size="0.15 1 1"', 'size="nan 1 1"', ["scene.xml", "NaN"]),
+        ('pos="0 0 1"', 'pos="nan 0 1"', ["scene.xml", "NaN"]),
         ('type="box"', 'type="mesh" mesh="nothing"', ["nothing"]),
         ("<asset>", '<asset><mesh name="rock" file="rock.obj"/>', ["rock.obj"]),
         ('vertex="0 0 0  1 0 0  0 1 0  0 0 1"', 'vertex=""', ["tent"]),

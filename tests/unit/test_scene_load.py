@@ -1,5 +1,6 @@
 """What a scene says: body, start, goal, workspace, motion, and the world that is written."""
 
+import shutil
 from pathlib import Path
 
 import mujoco
@@ -147,8 +148,9 @@ def test_planar_body_does_not_see_the_floor_it_stands_on(tmp_path: Path) -> None
     assert scene.radius == pytest.approx(0.2)
     assert roles["wall"].role == "obstacle"
     for name in ("floor", "slab", "lamp"):
-        assert roles[name].role == "ignored"
+        assert roles[name].role == "beside"
         assert "heights 0 to 0.2 m" in roles[name].reason
+    assert {scene.geom_name(g) for g in scene.ground_geoms} == {"floor", "slab", "lamp"}
     assert [scene.geom_name(g) for g in scene.obstacle_geoms] == ["wall"]
 
 
@@ -208,6 +210,7 @@ def test_xml_is_the_world_flown(tmp_path: Path, body: str) -> None:
     scene = load_scene(
         write(tmp_path, ROOM + '<geom type="mesh" mesh="tent" pos="0 -1.9 0"/>', head), body
     )
+    shutil.rmtree(tmp_path / "parts")  # the text needs no other file
     again = mujoco.MjModel.from_xml_string(scene.xml)
     for name in ("geom_pos", "geom_quat", "geom_size", "mesh_vert", "body_mass", "qpos0"):
         np.testing.assert_array_equal(getattr(again, name), getattr(scene.model, name))

@@ -1,11 +1,23 @@
 """Trajectories in time and the controllers that follow them. Knows nothing of MuJoCo."""
 
+from hzmp_tracking.controllers import (
+    BodyState,
+    Controller,
+    PointController,
+    QuadrotorController,
+    Reference,
+)
 from hzmp_tracking.limits import Limits
 from hzmp_tracking.time_parameterize import time_parameterize
 from hzmp_tracking.trajectory import Sample, Trajectory
 
 __all__ = [
+    "BodyState",
+    "Controller",
     "Limits",
+    "PointController",
+    "QuadrotorController",
+    "Reference",
     "Sample",
     "Trajectory",
     "time_parameterize",

@@ -28,10 +28,12 @@ from hzmp_tracking.stops import Pieces
 from hzmp_tracking.vias import Vias
 
 _PIECES = 45  # cubic pieces in all, shared evenly by the cells, 2 to 8 in each
-_ROUNDS = 12
+_ROUNDS = (6, 16)  # linear programs at most: fewer for long corridors
+_WORK = 1600  # pieces times rounds that fit into about a second
 _TRUST = 0.4  # relative change of a step in one round
 _SHORTEST = 0.1  # of the mean step: jerk is too sensitive to shorter ones
-_GAIN = 2e-3  # relative; a round that gains less is the last
+_SHRINK, _GROW = 0.35, 1.5  # of the trust region after a round that failed, or gained
+_GAIN = 1e-3  # relative, of a round worth its time
 _CLEAN = 1e-7  # [m] of constraint violation that is left to the margins
 _TRIES = 4  # stretches of a spline that starts in motion
 _REACH = 2  # cells before and after its own that a piece may be proved in
@@ -79,17 +81,18 @@ def _first_steps(points: Floats, owner: Ints, limits: tuple[Floats, Floats, Floa
 
 
 def _descend(corridor: Corridor, spline: Spline) -> Spline:
-    """Linear programs within a trust region, until the gain of one is below `_GAIN`."""
-    best, trust = corridor.merit(spline), _TRUST
-    for _ in range(_ROUNDS):
+    """Linear programs within a trust region, until two in a row gain less than `_GAIN` each."""
+    best, trust, idle = corridor.merit(spline), _TRUST, 0
+    fewest, most = _ROUNDS
+    for _ in range(max(fewest, min(most, _WORK // spline.m))):
         trial = _advance(corridor, spline, trust)
         merit = np.inf if trial is None else corridor.merit(trial)
         if trial is None or merit >= best:
-            trust *= 0.35
+            trust *= _SHRINK
             continue
-        gain = best - merit
-        spline, best, trust = trial, merit, min(1.5 * trust, _TRUST)
-        if gain < _GAIN * best:
+        idle = idle + 1 if best - merit < _GAIN * best else 0
+        spline, best, trust = trial, merit, min(_GROW * trust, _TRUST)
+        if idle == 2:
             break
     return spline
 

@@ -81,10 +81,13 @@ def _splines(
     for i, j in pairwise(ends):
         if i > 0:
             velocity = acceleration = np.zeros(vias.points.shape[1])
-        part = corridor_spline(vias.part(i, j), cells[i:j], limits, velocity, acceleration)
+        own = vias.part(i, j)
         resting = not (velocity.any() or acceleration.any())
-        if resting and (part is None or j == i + 1):
-            part = polyline(vias.part(i, j).points, range(j - i + 1), limits)
+        part = None
+        if not (resting and j == i + 1):  # from rest to rest in one cell, straight is best
+            part = corridor_spline(own, cells[i:j], limits, velocity, acceleration)
+        if part is None and resting:
+            part = polyline(own.points, range(j - i + 1), limits)
         if part is None:
             return None
         parts.append(part.moved(i))

@@ -1,7 +1,7 @@
 # Just the calls used. Array shapes in comments; n* are counts of the model.
 # The enums are pybind11's, which behave as IntEnum in what is used: int(), ==, hash, index, name.
 import enum
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -405,8 +405,10 @@ class _Named:
     id: int
     name: str
 
+def get_mju_user_warning() -> Callable[[str], object] | None: ...
 def mj_contactForce(m: MjModel, d: MjData, id: int, result: _Floats) -> None: ...
 def mj_forward(m: MjModel, d: MjData) -> None: ...
+def mj_fwdPosition(m: MjModel, d: MjData) -> None: ...
 def mj_fullM(m: MjModel, d: MjData, dst: _Floats) -> None: ...
 def mj_geomDistance(
     m: MjModel, d: MjData, geom1: int, geom2: int, distmax: float, fromto: _Floats | None
@@ -455,6 +457,8 @@ class mjtBias(enum.IntEnum):
     mjBIAS_DCMOTOR = 3
     mjBIAS_SO3 = 4
     mjBIAS_USER = 5
+
+def set_mju_user_warning(handler: Callable[[str], object] | None) -> None: ...
 
 class mjtCamera(enum.IntEnum):
     mjCAMERA_FREE = 0

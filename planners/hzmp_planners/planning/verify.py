@@ -50,21 +50,29 @@ def verify(plan: Plan) -> Verification:
     tolerance = 10.0 * MEMBERSHIP_TOL * space.scale
     if plan.status is PlanStatus.INFEASIBLE:
         return Verification({"missed_face": _missed_face(plan)}, tolerance)
-    residuals = {"bound_excess": max(0.0, plan.lower_bound - certified_bound(plan))}
-    if len(plan.waypoints):
-        points = plan.waypoints
-        ends = np.abs(np.array([points[0] - plan.start, points[-1] - plan.goal]))
-        steps = [math.dist(a, b) for a, b in pairwise(points)]
-        residuals["endpoints"] = float(ends.max())
-        residuals["length"] = abs(math.fsum(steps) - plan.cost)
-        residuals["path_outside_leaves"] = max(
-            float((points[[k, k + 1]] @ space.leaves[leaf].A.T - space.leaves[leaf].b).max())
-            for k, leaf in enumerate(plan.leaves.tolist())
-        )
-        residuals["leaf_inside_obstacle"] = max(
-            (_overlap(space.leaves[leaf], space) for leaf in set(plan.leaves.tolist())), default=0.0
-        )
-    return Verification({name: max(0.0, value) for name, value in residuals.items()}, tolerance)
+    residuals = {"bound_excess": plan.lower_bound - certified_bound(plan)}
+    if plan.status is not PlanStatus.TIME_LIMIT or len(plan.waypoints) or math.isfinite(plan.cost):
+        residuals |= _path_residuals(plan)
+    # What cannot be computed proves nothing.
+    checked = {name: math.inf if math.isnan(r) else max(0.0, r) for name, r in residuals.items()}
+    return Verification(checked, tolerance)
+
+
+def _path_residuals(plan: Plan) -> dict[str, float]:
+    """Endpoints, length and leaves of the path; inf where a segment has no leaf."""
+    points, leaves, space = plan.waypoints, plan.leaves.tolist(), plan.space
+    if not leaves or len(points) != len(leaves) + 1 or max(leaves) >= len(space.leaves):
+        return {"path_outside_leaves": math.inf}
+    outside = [
+        space.leaves[leaf].A @ points[[k, k + 1]].T - space.leaves[leaf].b[:, None]
+        for k, leaf in enumerate(leaves)
+    ]
+    return {
+        "endpoints": float(np.abs(points[[0, -1]] - [plan.start, plan.goal]).max()),
+        "length": abs(math.fsum(math.dist(a, b) for a, b in pairwise(points)) - plan.cost),
+        "path_outside_leaves": float(np.concatenate(outside).max()),
+        "leaf_inside_obstacle": max(_overlap(space.leaves[leaf], space) for leaf in set(leaves)),
+    }
 
 
 def _overlap(leaf: Polytope, space: FreeSpace) -> float:

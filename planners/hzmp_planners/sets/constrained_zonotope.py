@@ -74,6 +74,8 @@ class ConstrainedZonotope:
             SolverError: the linear program ended without a verdict.
         """
         direction = as_point(d, "d", self.n)
+        if self.ng == 0:  # a point, or nothing: no program to solve
+            return -math.inf if self.b.any() else float(direction @ self.c)
         optimum = minimize_linear(
             -(self.G.T @ direction), equal=(self.A, self.b), lo=-1.0, hi=1.0, purpose="support"
         )

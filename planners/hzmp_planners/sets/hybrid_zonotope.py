@@ -161,6 +161,8 @@ class HybridZonotope:
         Binaries enter as xi_b = 2 beta - 1 with beta in {0, 1}.
         """
         ng, nb = self.ng, self.nb
+        if ng + nb == 0:  # a point, or nothing: no program to solve
+            return None if excluded or self.b.any() else np.zeros(0)
         constraints = []
         if self.nc:
             rows = _stack([[self.Ac, 2.0 * self.Ab]])

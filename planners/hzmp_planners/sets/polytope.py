@@ -154,6 +154,8 @@ class Polytope:
         """Volume (area in 2-D) [m^n]; 0 for flat and empty polytopes."""
         if self.vertices.shape[0] <= self.n:
             return 0.0
+        if self.n == 1:
+            return float(np.ptp(self.vertices))
         try:
             return float(ConvexHull(self.vertices).volume)
         except QhullError:
@@ -190,11 +192,7 @@ def _vertices(A: Floats, b: Floats) -> Floats:
     if radius > 10.0 * PLANE_TOL * scale:
         return _full_vertices(A, b, centre, radius)
     # Flat: keep the hyperplanes on which the whole set lies, and recurse inside them.
-    flat = []
-    for i in range(A.shape[0]):
-        lowest = minimize_linear(A[i], upper=(A, b), purpose="width of a flat polytope")
-        if lowest is not None and lowest.value >= b[i] - 1e-8 * scale:
-            flat.append(i)
+    flat = [i for i in range(A.shape[0]) if _depth(A, b, i) <= 1e-8 * scale]
     _, values, axes = np.linalg.svd(A[flat], full_matrices=True)
     rank = int((values > 1e-9).sum())
     if rank == 0:
@@ -249,3 +247,16 @@ def _chebyshev(A: Floats, b: Floats) -> tuple[Floats | None, float]:
     if optimum is None:
         return None, 0.0
     return optimum.x[:n], float(optimum.x[n])
+
+
+def _depth(A: Floats, b: Floats, facet: int) -> float:
+    """How far the polytope reaches inward from one of its half-spaces, at most 1 [m]."""
+    n = A.shape[1]
+    slack = np.append(np.zeros(len(b)), 1.0)[:, None]
+    optimum = minimize_linear(
+        np.append(np.zeros(n), -1.0),
+        upper=(np.hstack([np.vstack([A, A[facet]]), slack]), np.append(b, b[facet])),
+        hi=np.append(np.full(n, math.inf), 1.0),
+        purpose="width of a flat polytope",
+    )
+    return 1.0 if optimum is None else float(optimum.x[n])

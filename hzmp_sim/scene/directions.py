@@ -1,0 +1,50 @@
+"""Unit normals to start an outer polytope of a round shape with: symmetric, hence few."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+
+
+def polygon_normals(frame: Floats, radius: float, tolerance: float) -> Floats:
+    """Normals of the smallest 4k-gon whose corners stay within `tolerance` of a circle.
+
+    `frame` (2, n) spans the plane of the circle. At most 64 sides: what is rounder than that for
+    its tolerance is huge, and cuts are better placed where they are needed.
+    """
+    count = 4
+    while count < 64 and radius * (1.0 / np.cos(np.pi / count) - 1.0) > tolerance:
+        count += 4
+    angle = 2.0 * np.pi * np.arange(count) / count
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    circle[np.abs(circle) < 1e-15] = 0.0
+    return np.asarray(circle @ frame)
+
+
+def ball_normals(radius: float, tolerance: float) -> Floats:
+    """The 6 directions to the faces of a cube, with its 8 corners, or its 12 edges as well.
+
+    Corners of the tangent polytopes stand out by 0.733, 0.240 and 0.129 of the radius.
+    """
+    grid = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3)).reshape(3, -1).T
+    order = np.abs(grid).sum(axis=1)  # 1: face, 2: edge, 3: corner
+    chosen = order == 1
+    if 0.733 * radius > tolerance:
+        chosen |= order == 3
+    if 0.240 * radius > tolerance:
+        chosen |= order == 2
+    return np.asarray(grid[chosen] / np.sqrt(order[chosen])[:, None])
+
+
+def prism_normals(axis: Floats, radius: float, tolerance: float) -> Floats:
+    """The two directions along a unit axis and those of a polygon around it (the sides in 2-D)."""
+    if axis.size == 2:
+        side = np.array([-axis[1], axis[0]])
+        return np.vstack([axis, -axis, side, -side])
+    # The frame nearest the world axes: shared plane directions mean fewer leaves.
+    nearest = np.eye(3)[np.abs(axis).argmin()]
+    first: Floats = nearest - (nearest @ axis) * axis
+    first = first / np.linalg.norm(first)
+    frame = np.vstack([first, np.cross(axis, first)])
+    return np.vstack([axis, -axis, polygon_normals(frame, radius, tolerance)])

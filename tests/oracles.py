@@ -1,0 +1,224 @@
+"""Independent answers that tests compare the planners with: linear programs, grids, visibility."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.sets import Polytope
+
+Floats = NDArray[np.float64]
+STRICT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+SCENES = Path(__file__).parent / "data" / "scenes"
+
+
+@dataclass(frozen=True)
+class World:
+    """A workspace box and convex obstacles."""
+
+    lo: Floats
+    hi: Floats
+    obstacles: list[Polytope]
+
+    @property
+    def n(self) -> int:
+        return self.lo.size
+
+    @property
+    def scale(self) -> float:
+        return max(1.0, float(np.abs([self.lo, self.hi]).max()))
+
+    def free_space(self) -> FreeSpace:
+        return FreeSpace.decompose((self.lo, self.hi), self.obstacles)
+
+
+@dataclass(frozen=True)
+class Scene(World):
+    """A world of `data/scenes` with its query and what is known about its optimum."""
+
+    start: Floats
+    goal: Floats
+    cost: float
+
+
+def load_scene(name: str) -> Scene:
+    data = json.loads((SCENES / f"{name}.json").read_text())
+    boxes = [Polytope.from_box(box["lo"], box["hi"]) for box in data["obstacles"]]
+    lo, hi = np.array(data["bounds"]["lo"]), np.array(data["bounds"]["hi"])
+    cost = data.get("optimum", {}).get("cost", np.nan)
+    return Scene(lo, hi, boxes, np.array(data["start"]), np.array(data["goal"]), cost)
+
+
+def rotation(rng: np.random.Generator, n: int) -> Floats:
+    return np.asarray(np.linalg.qr(rng.standard_normal((n, n)))[0])
+
+
+def random_world(
+    rng: np.random.Generator, kind: str, n: int, count: int, size: float = 1.0
+) -> World:
+    """Obstacles in and around the cube [0, size]^n.
+
+    Kinds: "grid" (boxes on a coarse grid: touching, nested, on and across the walls, one repeated),
+    "rotated" (boxes), "hulls" (of random points), "slivers" (rotated boxes down to 1e-6 thin).
+    """
+    obstacles: list[Polytope] = []
+    for _ in range(count):
+        if kind == "grid":
+            corner = rng.integers(-1, 6, n)
+            obstacles.append(
+                Polytope.from_box(
+                    corner / 6.0 * size, (corner + rng.integers(1, 4, n)) / 6.0 * size
+                )
+            )
+            continue
+        centre, reach = rng.random(n), 0.05 + 0.2 * rng.random(n)
+        if kind == "hulls":
+            points = rng.uniform(-1.0, 1.0, (int(rng.integers(n + 1, 4 * n)), n))
+        else:
+            points = np.array(np.meshgrid(*[[-1.0, 1.0]] * n)).reshape(n, -1).T
+            if kind == "slivers":
+                reach[0] = 10.0 ** rng.uniform(-6.0, -2.0)
+        obstacles.append(
+            Polytope.from_vertices((centre + points * reach @ rotation(rng, n).T) * size)
+            if kind == "hulls"
+            else Polytope.from_vertices((centre + (points * reach) @ rotation(rng, n).T) * size)
+        )
+    if kind == "grid":
+        obstacles.append(obstacles[0])
+    return World(np.zeros(n), np.full(n, size), obstacles)
+
+
+def largest_ball(A: Floats, b: Floats) -> tuple[float, Floats]:
+    """Radius (negative: how far the half-spaces are from meeting) and centre; unit rows."""
+    n = A.shape[1]
+    rows = np.hstack([A, np.ones((len(b), 1))])
+    result = linprog(np.append(np.zeros(n), -1.0), A_ub=rows, b_ub=b, bounds=(None, None), options=STRICT)
+    assert result.status == 0
+    return float(result.x[-1]), np.asarray(result.x[:n])
+
+
+def overlap(one: Polytope, two: Polytope) -> float:
+    """Radius of the largest ball in both polytopes [m]; negative when they are apart."""
+    return largest_ball(np.vstack([one.A, two.A]), np.concatenate([one.b, two.b]))[0]
+
+
+def halfspace_volume(A: Floats, b: Floats) -> float:
+    """Volume of {A x <= b} from the half-spaces alone."""
+    radius, centre = largest_ball(A, b)
+    if radius <= 1e-12:
+        return 0.0
+    local = HalfspaceIntersection(
+        np.column_stack([A, -(b - A @ centre) / radius]), np.zeros(A.shape[1])
+    )
+    return float(ConvexHull(local.intersections).volume) * radius ** A.shape[1]
+
+
+def union_volume(world: World) -> float:
+    """Volume of the obstacles' union inside the box, by inclusion and exclusion."""
+    n = world.n
+    box_A, box_b = np.vstack([np.eye(n), -np.eye(n)]), np.concatenate([world.hi, -world.lo])
+    total = 0.0
+    live = [()]  # sets of obstacles with a common interior; larger sets grow from these only
+    for order in range(1, len(world.obstacles) + 1):
+        known, live = set(live), []
+        for group in combinations(range(len(world.obstacles)), order):
+            if group[:-1] not in known:
+                continue
+            A = np.vstack([box_A, *(world.obstacles[i].A for i in group)])
+            b = np.concatenate([box_b, *(world.obstacles[i].b for i in group)])
+            volume = halfspace_volume(A, b)
+            if volume > 0.0:
+                live.append(group)
+                total += volume if order % 2 else -volume
+    return total
+
+
+def free_box_volume(world: World) -> float:
+    """Free volume among axis-aligned boxes, cell by cell of the grid of all their coordinates."""
+    lows = np.array([block.vertices.min(axis=0) for block in world.obstacles])
+    highs = np.array([block.vertices.max(axis=0) for block in world.obstacles])
+    axes = [
+        np.unique(np.clip([world.lo[k], world.hi[k], *lows[:, k], *highs[:, k]], world.lo[k],
+                          world.hi[k]))
+        for k in range(world.n)
+    ]
+    middles = np.stack(np.meshgrid(*[(a[1:] + a[:-1]) / 2 for a in axes], indexing="ij"), axis=-1)
+    cells = np.ones(middles.shape[:-1])
+    for k, axis in enumerate(axes):
+        shape = [1] * world.n
+        shape[k] = -1
+        cells = cells * np.diff(axis).reshape(shape)
+    inside = ((middles[..., None, :] > lows) & (middles[..., None, :] < highs)).all(-1).any(-1)
+    return float(cells[~inside].sum())
+
+
+def contact_dimension(one: Polytope, two: Polytope, tol: float) -> int:
+    """Dimension of the common set of two polytopes, from support points; -1 when apart."""
+    A, b = np.vstack([one.A, two.A]), np.concatenate([one.b, two.b]) + tol
+    n = A.shape[1]
+    directions = np.random.default_rng(0).standard_normal((2 * n, n))
+    points = []
+    for direction in np.vstack([directions, -directions]):
+        result = linprog(direction, A_ub=A, b_ub=b, bounds=(None, None), options=STRICT)
+        if result.status == 2:
+            return -1
+        assert result.status == 0
+        points.append(result.x)
+    spread = np.linalg.svd(np.array(points) - points[0], compute_uv=False)
+    return int((spread > 1e3 * tol).sum())
+
+
+def depth_in_obstacles(world: World, X: Floats) -> Floats:
+    """How deep each point (k, n) is inside the obstacles [m]; negative: at least so far outside."""
+    return np.max([(block.b - X @ block.A.T).min(axis=1) for block in world.obstacles], axis=0)
+
+
+def random_free_points(rng: np.random.Generator, world: World, count: int) -> Floats:
+    """Points at least a thousandth of the box away from obstacles' facets."""
+    points: list[Floats] = []
+    size = world.hi - world.lo
+    while len(points) < count:
+        x = world.lo + (0.01 + 0.98 * rng.random(world.n)) * size
+        if depth_in_obstacles(world, x[None])[0] < -1e-3 * size.max():
+            points.append(x)
+    return np.array(points)
+
+
+def shortest_length(world: World, start: Floats, goal: Floats) -> float:
+    """Length of the shortest path in the plane by a visibility graph; inf when there is none.
+
+    A segment is blocked when some part of it is inside a polygon by more than round-off. Corners
+    where polygons cross are no nodes: they are concave for the free space.
+    """
+    eps = 1e-11 * world.scale
+    corners = [start[None], goal[None]]
+    corners += [block.vertices for block in world.obstacles]
+    nodes = np.vstack(corners)
+    within = ((nodes >= world.lo - eps) & (nodes <= world.hi + eps)).all(axis=1)
+    nodes = nodes[within & (depth_in_obstacles(world, nodes) <= eps)]
+    i, j = np.triu_indices(len(nodes), 1)
+    seen = np.ones(len(i), dtype=np.bool_)
+    for block in world.obstacles:
+        # Where along p + t (q - p) every half-space is satisfied strictly.
+        at_p = block.b - eps - nodes[i] @ block.A.T
+        fall = (nodes[j] - nodes[i]) @ block.A.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = at_p / fall
+        enter = np.where(fall < 0.0, t, np.where(fall > 0.0, -np.inf, 0.0)).max(axis=1)
+        leave = np.where(fall > 0.0, t, np.inf).min(axis=1)
+        never = ((fall == 0.0) & (at_p <= 0.0)).any(axis=1)
+        seen &= never | (np.minimum(leave, 1.0) <= np.maximum(enter, 0.0))
+    i, j = i[seen], j[seen]
+    lengths = np.linalg.norm(nodes[i] - nodes[j], axis=1)
+    graph = csr_array((lengths, (i, j)), shape=(len(nodes),) * 2)
+    return float(dijkstra(graph, directed=False, indices=0)[1])
