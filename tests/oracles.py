@@ -163,19 +163,29 @@ def free_box_volume(world: World) -> float:
 
 
 def contact_dimension(one: Polytope, two: Polytope, tol: float) -> int:
-    """Dimension of the common set of two polytopes, from support points; -1 when apart."""
+    """Dimension of the common set of two polytopes; -1 when they are apart.
+
+    As long as the set has an extent at right angles to the directions found, it has one more.
+    """
     A, b = np.vstack([one.A, two.A]), np.concatenate([one.b, two.b]) + tol
     n = A.shape[1]
-    directions = np.random.default_rng(0).standard_normal((2 * n, n))
-    points = []
-    for direction in np.vstack([directions, -directions]):
-        result = linprog(direction, A_ub=A, b_ub=b, bounds=(None, None), options=STRICT)
-        if result.status == 2:
+    found = np.zeros((0, n))
+    untried = np.linalg.svd(np.random.default_rng(0).standard_normal((n, n)))[2]
+    while len(untried):
+        ends = [
+            linprog(d, A_ub=A, b_ub=b, bounds=(None, None), options=STRICT)
+            for d in (untried[0], -untried[0])
+        ]
+        if ends[0].status == 2:
             return -1
-        assert result.status == 0
-        points.append(result.x)
-    spread = np.linalg.svd(np.array(points) - points[0], compute_uv=False)
-    return int((spread > 1e3 * tol).sum())
+        across = ends[1].x - ends[0].x
+        if across @ untried[0] > 1e3 * tol:
+            across = across - found.T @ (found @ across)
+            found = np.vstack([found, across / np.linalg.norm(across)])
+            untried = np.linalg.svd(found)[2][len(found) :]
+        else:
+            untried = untried[1:]
+    return len(found)
 
 
 def depth_in_obstacles(world: World, X: Floats) -> Floats:

@@ -29,6 +29,9 @@ LONGEST_S = 20.0
 FPS = 25.0
 
 
+_CHASE_LINE = 0.008  # [m] thickness of lines seen from close by
+
+
 class _Quality(NamedTuple):
     """What a frame costs in software OpenGL."""
 
@@ -93,7 +96,10 @@ def write_video(
         _Encoder(path, 2 * width, height, fps) as encoder,
     ):
         for row, chase in zip(rows.tolist(), behind, strict=True):
-            views = [stage.render(view, run.log.qpos[row], row) for view in (overview, chase)]
+            views = [
+                stage.render(view, run.log.qpos[row], row, line)
+                for view, line in ((overview, stage.line), (chase, _CHASE_LINE))
+            ]
             encoder.write(np.hstack(views))
             if progress is not None:
                 progress(1.0)
@@ -118,7 +124,7 @@ def render_frame(run: Run, row: int | None = None, *, width: int = 960, height: 
     else:
         qpos, upto = run.log.qpos[row], row % len(run.log.time)
     with _Stage(run, width, height, _STILL) as stage:
-        return stage.render(camera(run.scene, width / height), qpos, upto)
+        return stage.render(camera(run.scene, width / height), qpos, upto, stage.line)
 
 
 class _Stage:
@@ -138,12 +144,12 @@ class _Stage:
         self._scene = mujoco.MjvScene(self._model, self._model.ngeom * 2 + 1000)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION.value] = 0
         lo, hi = workspace_box(run.scene)
-        self._thickness = 0.002 * float(np.linalg.norm(hi - lo))
+        self.line = 0.002 * float(np.linalg.norm(hi - lo))
         self._path = run.scene.to_world(run.plan.waypoints) if len(run.plan.waypoints) else None
         self._renderer = OffscreenRenderer(self._model, width, height)
 
-    def render(self, view: mujoco.MjvCamera, qpos: Floats, row: int | None) -> Image:
-        """Picture in state `qpos`, with the trail of the log up to `row`."""
+    def render(self, view: mujoco.MjvCamera, qpos: Floats, row: int | None, line: float) -> Image:
+        """Picture in state `qpos`, with the trail up to `row`; lines are `line` [m] thick."""
         self._data.qpos[:] = qpos
         mujoco.mj_forward(self._model, self._data)
         mujoco.mjv_updateScene(
@@ -155,16 +161,16 @@ class _Stage:
         self._ball(ends[0], scene.radius, palette.START)
         self._ball(ends[1], scene.radius, palette.GOAL)
         if self._path is not None:
-            self._line(self._path, palette.PATH, self._thickness)
+            self._line(self._path, palette.PATH, line)
         if row and self._run.log is not None:
             every = max(1, len(self._run.log.time) // self._trail)
             trail = np.vstack([self._run.log.position[:row:every], self._run.log.position[row]])
-            self._line(trail, palette.FLOWN, 1.5 * self._thickness)
+            self._line(trail, palette.FLOWN, 1.5 * line)
         return self._renderer.render(self._scene)
 
     def _ball(self, centre: Floats, radius: float, colour: str) -> None:
         geom = self._next()
-        size, frame = np.full(3, max(radius, 3.0 * self._thickness)), np.eye(3).ravel()
+        size, frame = np.full(3, max(radius, 3.0 * self.line)), np.eye(3).ravel()
         kind = mujoco.mjtGeom.mjGEOM_SPHERE.value
         colours = np.array(palette.rgba(colour, 0.45), np.float32)
         mujoco.mjv_initGeom(geom, kind, size, centre, frame, colours)

@@ -58,8 +58,8 @@ def fly(
     steps = int(np.ceil((trajectory.duration + settle_time) / dt)) + 1
     times: Floats = dt * np.arange(steps, dtype=np.float64)
     reference = _Reference(scene, trajectory, times)
-    actuation.apply(data, *reference.at(0))
-    _trim(model, data)
+    actuation.trim(data)
+    mujoco.mj_forward(model, data)
     audit = ContactAudit(scene, data)
     body = int(model.body(scene.body).id)
     states = np.empty((steps, model.nq + 7 + model.nu))
@@ -120,15 +120,6 @@ class _Reference:
     def at(self, k: int) -> list[list[float]]:
         """Position, velocity, acceleration and jerk at step k."""
         return [part[k] for part in self._rows]
-
-
-def _trim(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Start with the actuators' states where their inputs are: a rotorcraft begins in hover."""
-    for actuator in range(model.nu):
-        address, count = int(model.actuator_actadr[actuator]), int(model.actuator_actnum[actuator])
-        if count == 1:
-            data.act[address] = data.ctrl[actuator]
-    mujoco.mj_forward(model, data)
 
 
 def _diverged(data: mujoco.MjData) -> bool:

@@ -18,11 +18,11 @@ from hzmp_planners.sets import Polytope
 )  # fmt: skip
 def test_grown_leaves_contain_their_leaf_and_no_obstacle(kind: str, n: int, size: float) -> None:
     rng = np.random.default_rng(n)
-    world = random_world(rng, kind, n, 4, size)
+    world = random_world(rng, kind, n, 5, size)
     space = world.free_space()
     tol = 1e-8 * world.scale
     larger = 0
-    for leaf in range(0, len(space.leaves), 3):
+    for leaf in range(0, len(space.leaves), 2):
         faces = [space.graph.faces[f].leaves for f in space.graph.faces_of[leaf]]
         toward = [j if i == leaf else i for i, j in faces]
         grown = grow_leaf(space, leaf, toward[:2])

@@ -81,7 +81,7 @@ def test_shared_faces_are_all_contacts_of_full_dimension(kind: str, n: int, seed
         t = slack(one, two)
         assert t <= 1e-7
         assert (t >= -1e-7) == (dimension >= 0), (i, j, t)
-    if kind == "grid":
+    if (kind, n) == ("hulls", 3):
         assert lesser > 0  # contacts in a corner or along an edge did occur
 
 
