@@ -13,6 +13,8 @@ from hzmp_planners.planning import Plan, PlanStatus, Verification
 from hzmp_sim.run import Run
 from hzmp_sim.scene import Scene
 
+_PIPED_WIDTH = 140  # columns of a table that no terminal sizes
+
 
 def run_summary(run: Run, directory: Path) -> str:
     """Outcome of a run, the numbers that decide it, and where its files are."""
@@ -126,7 +128,8 @@ def scene_as_dict(scene: Scene) -> dict[str, Any]:
 def print_scene(scene: Scene) -> None:
     """How a world was read, as a table of geoms and a few lines."""
     facts = scene_as_dict(scene)
-    console = Console(highlight=False, soft_wrap=not Console().is_terminal)
+    terminal = Console().is_terminal
+    console = Console(highlight=False, width=None if terminal else _PIPED_WIDTH)
     table = Table("geom", "type", "role", "facets", "error [mm]", "reason", box=None)
     for geom in facts["geoms"]:
         shown = geom["role"] == "obstacle"

@@ -102,7 +102,9 @@ def largest_ball(A: Floats, b: Floats) -> tuple[float, Floats]:
     """Radius (negative: how far the half-spaces are from meeting) and centre; unit rows."""
     n = A.shape[1]
     rows = np.hstack([A, np.ones((len(b), 1))])
-    result = linprog(np.append(np.zeros(n), -1.0), A_ub=rows, b_ub=b, bounds=(None, None), options=STRICT)
+    result = linprog(
+        np.append(np.zeros(n), -1.0), A_ub=rows, b_ub=b, bounds=(None, None), options=STRICT
+    )
     assert result.status == 0
     return float(result.x[-1]), np.asarray(result.x[:n])
 
@@ -148,8 +150,9 @@ def free_box_volume(world: World) -> float:
     lows = np.array([block.vertices.min(axis=0) for block in world.obstacles])
     highs = np.array([block.vertices.max(axis=0) for block in world.obstacles])
     axes = [
-        np.unique(np.clip([world.lo[k], world.hi[k], *lows[:, k], *highs[:, k]], world.lo[k],
-                          world.hi[k]))
+        np.unique(
+            np.clip([world.lo[k], world.hi[k], *lows[:, k], *highs[:, k]], world.lo[k], world.hi[k])
+        )
         for k in range(world.n)
     ]
     middles = np.stack(np.meshgrid(*[(a[1:] + a[:-1]) / 2 for a in axes], indexing="ij"), axis=-1)

@@ -70,6 +70,16 @@ def choose_body(model: mujoco.MjModel, name: str | None) -> str:
     return names[0]
 
 
+def is_bundled(model: mujoco.MjModel, name: str) -> bool:
+    """Whether a name means a bundled body that is yet to be attached.
+
+    A world that has an actuated body of that name (such as the scene.xml of a run) means its own.
+    """
+    return name in BUNDLED and name not in {
+        model.body(_root(model, body)).name for body in _actuated(model)
+    }
+
+
 def attach_body(spec: mujoco.MjSpec, body: str, centre: Floats, *, planar: bool) -> str:
     """Attach a bundled body to a world, upright at `centre` (3,) [m]; returns its name there.
 

@@ -11,7 +11,14 @@ from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import Floats, frozen
 from hzmp_planners.errors import QueryError, SceneError
-from hzmp_sim.scene.bodies import BUNDLED, Body, attach_body, choose_body, qpos_at, read_body
+from hzmp_sim.scene.bodies import (
+    Body,
+    attach_body,
+    choose_body,
+    is_bundled,
+    qpos_at,
+    read_body,
+)
 from hzmp_sim.scene.constants import BOX_MITRE, DEFAULT_CLEARANCE, MIN_TOLERANCE
 from hzmp_sim.scene.geoms import geom_name
 from hzmp_sim.scene.mjcf import World, compile_spec, find_world, read_spec, written_world
@@ -68,7 +75,7 @@ def load_scene(
         read_endpoint(model, data, label, given)
         for label, given in (("start", start), ("goal", goal))
     )
-    if name in BUNDLED:
+    if is_bundled(model, name):
         world, moving, centre = _attached(file, name, begin, end, space)
     else:
         world = written_world(spec, file)

@@ -63,7 +63,7 @@ def outer_polytope(
         beyond = distance - grow
         if beyond.max() <= tolerance:
             kept = facet_corners >= inside.size  # fewer corners: the plane is redundant
-            polytope = Polytope.from_halfspaces(planes[kept], offsets[kept])
+            polytope = Polytope.from_both_forms(planes[kept], offsets[kept], corners)
             return Outer(polytope, corners, max(0.0, float(beyond.max())))
         far = np.flatnonzero(beyond > tolerance)
         far = far[np.argsort(-beyond[far], kind="stable")]

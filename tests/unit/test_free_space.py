@@ -177,7 +177,6 @@ def test_planes_that_agree_up_to_round_off_leave_no_crack() -> None:
             assert not space.contains(crack).any()
 
 
-
 @pytest.mark.parametrize(
     ("bounds", "obstacles", "words"),
     [

@@ -22,7 +22,7 @@ def test_grown_leaves_contain_their_leaf_and_no_obstacle(kind: str, n: int, size
     space = world.free_space()
     tol = 1e-8 * world.scale
     larger = 0
-    for leaf in range(0, len(space.leaves), 2):
+    for leaf in range(len(space.leaves)):
         faces = [space.graph.faces[f].leaves for f in space.graph.faces_of[leaf]]
         toward = [j if i == leaf else i for i, j in faces]
         grown = grow_leaf(space, leaf, toward[:2])

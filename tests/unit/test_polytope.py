@@ -33,8 +33,11 @@ def test_the_three_forms_of_a_box_are_one_set(n: int) -> None:
 
 
 @given(
-    st.integers(2, 3), st.integers(4, 14), st.integers(0, 2**32 - 1),
-    st.floats(-4.0, 4.0), st.floats(-4.0, 4.0),
+    st.integers(2, 3),
+    st.integers(4, 14),
+    st.integers(0, 2**32 - 1),
+    st.floats(-4.0, 4.0),
+    st.floats(-4.0, 4.0),
 )
 def test_hull_agrees_with_qhull_at_every_scale(
     n: int, count: int, seed: int, size: float, offset: float

@@ -219,7 +219,9 @@ def test_ellipsotope_with_more_or_fewer_generators_than_axes() -> None:
     xi /= np.linalg.norm(xi, axis=1, keepdims=True)
     assert wide.contains(xi @ wide.G.T).all()
     hull = ConvexHull(xi @ wide.G.T)
-    assert not wide.contains(1.5 * wide.G @ wide.G.T @ np.eye(2)[0] / np.linalg.norm(wide.G[0])).any()
+    assert not wide.contains(
+        1.5 * wide.G @ wide.G.T @ np.eye(2)[0] / np.linalg.norm(wide.G[0])
+    ).any()
     assert hull.volume <= math.pi * math.sqrt(np.linalg.det(wide.G @ wide.G.T))
     flat = Ellipsotope([[1.0], [1.0]], [0.0, 0.0])
     assert flat.contains([[0.5, 0.5], [0.5, 0.6], [1.1, 1.1]]).tolist() == [True, False, False]

@@ -246,7 +246,9 @@ class _Planning:
         corners = self._graph.corners[list(sequence)]
         left = self._deadline - time.perf_counter()
         waypoints = refine(self._query.start, self._query.goal, corners, left)
-        self._offer(_Route(waypoints, leaves, path_length(waypoints)))
+        # Round-off must not put a path below a bound that is proved.
+        cost = max(path_length(waypoints), self._bound)
+        self._offer(_Route(waypoints, leaves, cost))
 
     @property
     def _cost(self) -> float:

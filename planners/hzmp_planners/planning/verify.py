@@ -12,7 +12,7 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners._linprog import minimize_linear
 from hzmp_planners.constants import FACE_TOL, MEMBERSHIP_TOL
 from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.planning.plan import Plan, PlanStatus
+from hzmp_planners.planning.plan import Plan, PlanStatus, path_length
 from hzmp_planners.planning.verify_bound import certified_bound
 from hzmp_planners.sets import Polytope
 
@@ -24,7 +24,8 @@ class Verification:
     residuals: dict[str, float]
     """`endpoints`, `path_outside_leaves`, `length`, `leaf_inside_obstacle`, `bound_excess` (how far
     the claimed bound exceeds the recomputed one); for an infeasible plan `missed_face` (width of a
-    face that would connect what the plan calls separate) and `leaf_inside_obstacle`."""
+    face that would connect what the plan calls separate, or overlap of a leaf with an obstacle; inf
+    when the plan has a path after all)."""
     tolerance: float
     """What round-off explains [m]."""
 
@@ -47,9 +48,13 @@ def verify(plan: Plan) -> Verification:
     out of obstacles, and that separate parts really are separate, by linear programs.
     """
     space = plan.space
-    tolerance = 10.0 * MEMBERSHIP_TOL * space.scale
+    # Bounds are safe by a share of themselves, and a path may be far longer than the world is wide.
+    length = path_length(plan.waypoints)
+    size = max(space.scale, length) if math.isfinite(length) else space.scale
+    tolerance = 10.0 * MEMBERSHIP_TOL * size
     if plan.status is PlanStatus.INFEASIBLE:
-        return Verification({"missed_face": _missed_face(plan)}, tolerance)
+        bare = math.isinf(plan.cost) and math.isinf(plan.lower_bound) and not len(plan.waypoints)
+        return Verification({"missed_face": _missed_face(plan) if bare else math.inf}, tolerance)
     residuals = {"bound_excess": plan.lower_bound - certified_bound(plan)}
     if plan.status is not PlanStatus.TIME_LIMIT or len(plan.waypoints) or math.isfinite(plan.cost):
         residuals |= _path_residuals(plan)
