@@ -27,6 +27,7 @@ INTERRUPTED = 130
 app = App(
     name="hzmp-sim",
     version=f"hzmp-sim {__version__}",
+    suppress_keyboard_interrupt=False,  # `main` says what became of the run
     help="Plan with proofs through a MuJoCo world, fly the plan, and record the run.",
 )
 

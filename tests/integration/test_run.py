@@ -195,7 +195,7 @@ def test_bad_input_is_one_clear_line(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("content", ["<mujoco><worldbody><geom", "not xml", "", "<robot/>"])
+@pytest.mark.parametrize("content", ["<mujoco><worldbody><geom", "not xml", "", "<worlds/>"])
 def test_broken_file_is_one_clear_line(tmp_path: Path, content: str) -> None:
     path = tmp_path / "broken.xml"
     path.write_text(content)

@@ -158,6 +158,12 @@ class Program:
             every,
         )
 
+    def eased(self) -> Floats:
+        """The values, with inequalities that are violated now only kept from getting worse."""
+        values = np.minimum(self.values, 0.0)
+        values[: self.equal] = self.values[: self.equal]
+        return values
+
     def cones(self, more: int) -> list[object]:
         """Cones of the rows and of `more` inequalities after them."""
         zero = [clarabel.ZeroConeT(self.equal)] if self.equal else []
