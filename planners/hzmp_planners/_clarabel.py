@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import clarabel
 import numpy as np
 from scipy.sparse import csc_array, csc_matrix
 
 from hzmp_planners._arrays import Floats
+
+Cone = tuple[Literal["zero", "nonnegative", "second_order"], int]
+
+_KINDS = {
+    "zero": clarabel.ZeroConeT,
+    "nonnegative": clarabel.NonnegativeConeT,
+    "second_order": clarabel.SecondOrderConeT,
+}
+
+
+def second_order_cones(rows: int, count: int) -> list[Cone]:
+    """`count` second-order cones of one size."""
+    return [("second_order", rows) for _ in range(count)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +43,8 @@ def solve_socp(
     cost: Floats,
     A: csc_array[np.float64],
     b: Floats,
-    cones: list[tuple[str, int]],
-    time_limit: float,
+    cones: Sequence[Cone],
+    time_limit: float = math.inf,
 ) -> ConicSolution:
     """Minimise cost.x subject to b - A x in a product of cones (Goulart and Chen 2024).
 
@@ -36,17 +52,14 @@ def solve_socp(
         cost: shape (nx,).
         A: shape (m, nx).
         b: shape (m,).
-        cones: ("zero" | "nonnegative" | "second_order", rows) in the order of the rows; a run of
-            second-order cones of one size is written once per cone.
-        time_limit: [s]; when it is reached the best iterate so far is returned, `solved` False.
+        cones: kind and number of rows of each cone, in the order of the rows; without rows it is
+            left out.
+        time_limit: [s]; when it is reached the last iterate is returned, `solved` False.
     """
-    kinds = {
-        "zero": clarabel.ZeroConeT,
-        "nonnegative": clarabel.NonnegativeConeT,
-        "second_order": clarabel.SecondOrderConeT,
-    }
     settings = clarabel.DefaultSettings()
     settings.verbose = False
+    settings.max_threads = 1  # the same result on every machine
+    settings.presolve_enable = False  # it only looks for infinite offsets
     settings.time_limit = max(time_limit, 1e-3)
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-9
     nx = cost.size
@@ -55,7 +68,7 @@ def solve_socp(
         cost,
         csc_matrix(A),
         b,
-        [kinds[kind](rows) for kind, rows in cones],
+        [_KINDS[kind](rows) for kind, rows in cones if rows],
         settings,
     )
     solution = solver.solve()

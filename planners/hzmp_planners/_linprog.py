@@ -10,9 +10,6 @@ from scipy.optimize import linprog
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SolverError
 
-_STRICT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-"""The strictest that HiGHS accepts: its default, 1e-7, is wider than the gaps decided with it."""
-
 
 class LinearOptimum(NamedTuple):
     """Minimiser and minimum of a linear program."""
@@ -51,9 +48,24 @@ def minimize_linear(
     bounds = list(zip(low, high, strict=True))
     A, b = upper if upper is not None else (None, None)
     E, e = equal if equal is not None and len(equal[1]) else (None, None)
-    result = linprog(
-        cost, A_ub=A, b_ub=b, A_eq=E, b_eq=e, bounds=bounds, method="highs", options=_STRICT
-    )
+    # The strictest that HiGHS takes first: its default is wider than the gaps decided here. Planes
+    # that nearly coincide can be too much for it.
+    for tolerance in (1e-10, 1e-7):
+        result = linprog(
+            cost,
+            A_ub=A,
+            b_ub=b,
+            A_eq=E,
+            b_eq=e,
+            bounds=bounds,
+            method="highs",
+            options={
+                "primal_feasibility_tolerance": tolerance,
+                "dual_feasibility_tolerance": tolerance,
+            },
+        )
+        if result.status in (0, 2):
+            break
     if result.status == 2:
         return None
     if result.status != 0 or result.x is None or result.fun is None:

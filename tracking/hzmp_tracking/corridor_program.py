@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-import clarabel
 import numpy as np
 from scipy import sparse
 
 from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners._clarabel import Cone
 from hzmp_planners.sets import Polytope
 from hzmp_tracking.containment import derivative_maxima
 from hzmp_tracking.limits import Limits
@@ -164,10 +164,10 @@ class Program:
         values[: self.equal] = self.values[: self.equal]
         return values
 
-    def cones(self, more: int) -> list[object]:
+    def cones(self, more: int) -> list[Cone]:
         """Cones of the rows and of `more` inequalities after them."""
-        zero = [clarabel.ZeroConeT(self.equal)] if self.equal else []
-        return [*zero, clarabel.NonnegativeConeT(self.values.size - self.equal + more)]
+        inequalities = self.values.size - self.equal + more
+        return [("zero", self.equal), ("nonnegative", inequalities)]
 
     def moved(self, spline: Spline, change: Floats) -> Spline:
         """The spline after a change of the unknowns."""

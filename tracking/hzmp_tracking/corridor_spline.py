@@ -15,13 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import clarabel
 import numpy as np
 from scipy import sparse
 
 from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._clarabel import Cone, second_order_cones, solve_socp
 from hzmp_planners.sets import Polytope
-from hzmp_tracking._cone import solve
 from hzmp_tracking.constants import LIMIT_TOL
 from hzmp_tracking.corridor_program import Corridor, Program
 from hzmp_tracking.limits import Limits
@@ -133,8 +132,10 @@ def _fit(corridor: Corridor, spline: Spline) -> Spline | None:
     rows = sparse.hstack([program.rows[:, :count], multiple], format="csc")
     # Limits that are exceeded now may stay so by as much: only the rest has to share the load.
     room = np.concatenate([-program.values[:others], -program.eased()[others:]])
-    x = solve(np.append(np.zeros(count), 1.0), rows, room, program.cones(0))
-    return None if x is None else program.moved(spline, np.append(x[:-1], np.zeros(spline.m)))
+    solution = solve_socp(np.append(np.zeros(count), 1.0), rows, room, program.cones(0))
+    if not solution.solved:
+        return None
+    return program.moved(spline, np.append(solution.x[:-1], np.zeros(spline.m)))
 
 
 def _straightened(corridor: Corridor, spline: Spline) -> Spline:
@@ -172,11 +173,11 @@ def _straightened(corridor: Corridor, spline: Spline) -> Spline:
         format="csc",
     )
     room = np.concatenate([-program.eased(), polygon])
-    cones = [*program.cones(0), *[clarabel.SecondOrderConeT(n + 1)] * sides]
-    x = solve(np.append(np.zeros(count), np.ones(sides)), rows, room, cones)
-    if x is None:
+    cones: list[Cone] = [*program.cones(0), *second_order_cones(n + 1, sides)]
+    solution = solve_socp(np.append(np.zeros(count), np.ones(sides)), rows, room, cones)
+    if not solution.solved:
         return spline
-    trial = program.moved(spline, np.append(x[:count], np.zeros(m)))
+    trial = program.moved(spline, np.append(solution.x[:count], np.zeros(m)))
     if not corridor.resting:
         return trial if corridor.stretch(trial) <= 1.0 + LIMIT_TOL else spline
     trial = Spline(trial.c, trial.d * max(1.0, corridor.stretch(trial)))
@@ -196,7 +197,7 @@ def _advance(corridor: Corridor, spline: Spline, trust: float) -> Spline | None:
     # program, by more than a small change can mend. Then at least it must not get worse.
     for values in (program.values, program.eased()):
         room = np.concatenate([-values, trust * spline.d, shrink])
-        x = solve(cost, rows, room, program.cones(2 * m))
-        if x is not None:
-            return program.moved(spline, x)
+        solution = solve_socp(cost, rows, room, program.cones(2 * m))
+        if solution.solved:
+            return program.moved(spline, solution.x)
     return None

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import clarabel
 import numpy as np
 from scipy import sparse
 
 from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners._clarabel import Cone, second_order_cones, solve_socp
 from hzmp_planners.sets import Polytope
-from hzmp_tracking._cone import solve
 from hzmp_tracking.constants import INTERIOR_MARGIN
 
 _NORMAL_TOL = 1e-9  # opposite unit normals, per component
@@ -137,12 +136,12 @@ def _solve(
         constant += waypoints[-1] if k == count else 0.0
         block = np.vstack([lengths, np.hstack([np.zeros((n, 1)), step])])
         program.add(np.concatenate([s[k : k + 1], here, there]), block, np.append(0.0, constant))
-    cones: list[object] = [clarabel.ZeroConeT(len(planes))] if planes else []
-    cones.append(clarabel.NonnegativeConeT(inequalities))
-    cones += [clarabel.SecondOrderConeT(n + 1)] * (count + 1)
+    cones: list[Cone] = [("zero", len(planes)), ("nonnegative", inequalities)]
+    cones += second_order_cones(n + 1, count + 1)
     cost = np.concatenate([np.zeros(count * n), np.full(count, -_ROOM_WEIGHT), np.ones(count + 1)])
-    solution = solve(cost, program.matrix(cost.size), np.concatenate(program.offsets), cones)
-    return None if solution is None else (solution[x], solution[t])
+    offsets = np.concatenate(program.offsets)
+    solution = solve_socp(cost, program.matrix(cost.size), offsets, cones)
+    return (solution.x[x], solution.x[t]) if solution.solved else None
 
 
 class _Rows:

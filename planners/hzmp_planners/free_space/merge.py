@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Floats, frozen
 from hzmp_planners._links import component_labels
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.cell import Cell
@@ -98,7 +98,7 @@ def merge_convex_unions(complex_: Complex, table: PlaneTable, scale: float) -> C
     renamed = tuple(
         {facet: frozenset(rename[v] for v in held) for facet, held in leaf.items()} for leaf in kept
     )
-    return Complex(vertices[used], renamed)
+    return Complex(frozen(vertices[used]), renamed)
 
 
 def _spread(points: Floats) -> float:

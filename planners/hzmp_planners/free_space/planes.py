@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Floats, frozen
 from hzmp_planners._links import component_labels
 from hzmp_planners.constants import NORMAL_TOL, PLANE_TOL
 from hzmp_planners.sets import Polytope
@@ -59,4 +59,4 @@ def build_plane_table(polytopes: Sequence[Polytope], scale: float) -> PlaneTable
         tuple(dict.fromkeys(table[stop - len(p.b) : stop]))
         for p, stop in zip(polytopes, sizes, strict=True)
     ]
-    return PlaneTable(A[representatives], b[representatives], tuple(groups))
+    return PlaneTable(frozen(A[representatives]), frozen(b[representatives]), tuple(groups))

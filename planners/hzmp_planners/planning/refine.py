@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners._clarabel import solve_socp
+from hzmp_planners._clarabel import Cone, second_order_cones, solve_socp
 from hzmp_planners.planning.detour import least_detour
 
 
@@ -108,7 +108,7 @@ def _solve(start: Floats, goal: Floats, corners: Floats, time_limit: float) -> F
         shape=(height, width),
     )
     cost = np.concatenate([np.ones(segments), np.zeros(count * free)])
-    cones = [("nonnegative", top)] + [("second_order", n + 1)] * segments
+    cones: list[Cone] = [("nonnegative", top), *second_order_cones(n + 1, segments)]
     solution = solve_socp(cost, A, b, cones, time_limit)
     found = solution.x[segments:].reshape(count, free)
     if not np.isfinite(found).all():

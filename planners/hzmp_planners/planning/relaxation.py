@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from hzmp_planners._arrays import Floats, Ints
-from hzmp_planners._clarabel import solve_socp
+from hzmp_planners._clarabel import Cone, second_order_cones, solve_socp
 from hzmp_planners.planning.certificate import TARGET, Certificate, CrossingGraph, Cuts
 
 
@@ -100,7 +100,7 @@ def solve_relaxation(
     cost = np.zeros(width)
     cost[TARGET * dof] = -1.0
     used = np.diff(A.indptr) > 0
-    cones = [("nonnegative", top)] + [("second_order", n + 1)] * count
+    cones: list[Cone] = [("nonnegative", top), *second_order_cones(n + 1, count)]
     solution = solve_socp(cost[used], csc_array(A[:, used]), b, cones, time_limit)
     if not (np.isfinite(solution.x).all() and np.isfinite(solution.z).all()):
         return None
