@@ -37,7 +37,7 @@ format: $(VENV)/installed-dev
 	$(BIN)/ruff check --fix .
 
 bench: $(VENV)/installed
-	$(BIN)/hzmp-sim bench paper
+	$(BIN)/python benchmarks/planner.py
 
 clean:
 	rm -rf runs build dist .coverage MUJOCO_LOG.TXT

@@ -18,7 +18,6 @@ from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
 
 Floats = NDArray[np.float64]
-STRICT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 SCENES = Path(__file__).parent / "data" / "scenes"
 
 
@@ -69,10 +68,18 @@ def random_world(
     """Obstacles in and around the cube [0, size]^n.
 
     Kinds: "grid" (boxes on a coarse grid: touching, nested, on and across the walls, one repeated),
-    "rotated" (boxes), "hulls" (of random points), "slivers" (rotated boxes down to 1e-6 thin).
+    "loose grid" (the same turned, each corner off by 1e-13 to 1e-7), "rotated" (boxes), "hulls" (of
+    random points), "slivers" (rotated boxes down to 1e-6 thin).
     """
     obstacles: list[Polytope] = []
+    turn, loose = rotation(rng, n), 10.0 ** rng.uniform(-13.0, -7.0)
     for _ in range(count):
+        if kind == "loose grid":
+            corner = rng.integers(-1, 6, n) / 6.0
+            body = Polytope.from_box(corner, corner + rng.integers(1, 4, n) / 6.0).vertices
+            body = body + loose * rng.uniform(-1.0, 1.0, body.shape) - 0.5
+            obstacles.append(Polytope.from_vertices((0.5 + body @ turn.T) * size))
+            continue
         if kind == "grid":
             corner = rng.integers(-1, 6, n)
             obstacles.append(
@@ -88,25 +95,44 @@ def random_world(
             points = np.array(np.meshgrid(*[[-1.0, 1.0]] * n)).reshape(n, -1).T
             if kind == "slivers":
                 reach[0] = 10.0 ** rng.uniform(-6.0, -2.0)
-        obstacles.append(
-            Polytope.from_vertices((centre + points * reach @ rotation(rng, n).T) * size)
-            if kind == "hulls"
-            else Polytope.from_vertices((centre + (points * reach) @ rotation(rng, n).T) * size)
-        )
+        body = (points * reach) @ rotation(rng, n).T
+        obstacles.append(Polytope.from_vertices((centre + body) * size))
     if kind == "grid":
         obstacles.append(obstacles[0])
     return World(np.zeros(n), np.full(n, size), obstacles)
 
 
+def minimum(
+    cost: Floats, A: Floats, b: Floats, equal: tuple[Floats, Floats] | None = None
+) -> tuple[float, Floats] | None:
+    """Least cost.x with A x <= b, and where; None when there is no such x."""
+    E, e = equal or (None, None)
+    strict = 1e-10  # the default, 1e-7, is wider than what is compared here
+    for method in ("highs", "highs-ipm"):
+        result = linprog(
+            cost,
+            A,
+            b,
+            E,
+            e,
+            bounds=(None, None),
+            method=method,
+            options={"primal_feasibility_tolerance": strict, "dual_feasibility_tolerance": strict},
+        )
+        if result.status in (0, 2):
+            break
+    if result.status == 2:
+        return None
+    assert result.fun is not None, result.message
+    return float(result.fun), np.asarray(result.x)
+
+
 def largest_ball(A: Floats, b: Floats) -> tuple[float, Floats]:
     """Radius (negative: how far the half-spaces are from meeting) and centre; unit rows."""
     n = A.shape[1]
-    rows = np.hstack([A, np.ones((len(b), 1))])
-    result = linprog(
-        np.append(np.zeros(n), -1.0), A_ub=rows, b_ub=b, bounds=(None, None), options=STRICT
-    )
-    assert result.status == 0
-    return float(result.x[-1]), np.asarray(result.x[:n])
+    found = minimum(np.append(np.zeros(n), -1.0), np.hstack([A, np.ones((len(b), 1))]), b)
+    assert found is not None
+    return float(found[1][-1]), found[1][:n]
 
 
 def overlap(one: Polytope, two: Polytope) -> float:
@@ -122,7 +148,7 @@ def halfspace_volume(A: Floats, b: Floats) -> float:
     local = HalfspaceIntersection(
         np.column_stack([A, -(b - A @ centre) / radius]), np.zeros(A.shape[1])
     )
-    return float(ConvexHull(local.intersections).volume) * radius ** A.shape[1]
+    return float(ConvexHull(local.intersections).volume * radius ** A.shape[1])
 
 
 def union_volume(world: World) -> float:
@@ -130,7 +156,8 @@ def union_volume(world: World) -> float:
     n = world.n
     box_A, box_b = np.vstack([np.eye(n), -np.eye(n)]), np.concatenate([world.hi, -world.lo])
     total = 0.0
-    live = [()]  # sets of obstacles with a common interior; larger sets grow from these only
+    # Sets of obstacles with a common interior: larger sets grow from these only.
+    live: list[tuple[int, ...]] = [()]
     for order in range(1, len(world.obstacles) + 1):
         known, live = set(live), []
         for group in combinations(range(len(world.obstacles)), order):
@@ -175,13 +202,10 @@ def contact_dimension(one: Polytope, two: Polytope, tol: float) -> int:
     found = np.zeros((0, n))
     untried = np.linalg.svd(np.random.default_rng(0).standard_normal((n, n)))[2]
     while len(untried):
-        ends = [
-            linprog(d, A_ub=A, b_ub=b, bounds=(None, None), options=STRICT)
-            for d in (untried[0], -untried[0])
-        ]
-        if ends[0].status == 2:
+        low, high = minimum(untried[0], A, b), minimum(-untried[0], A, b)
+        if low is None or high is None:
             return -1
-        across = ends[1].x - ends[0].x
+        across = high[1] - low[1]
         if across @ untried[0] > 1e3 * tol:
             across = across - found.T @ (found @ across)
             found = np.vstack([found, across / np.linalg.norm(across)])
@@ -193,7 +217,8 @@ def contact_dimension(one: Polytope, two: Polytope, tol: float) -> int:
 
 def depth_in_obstacles(world: World, X: Floats) -> Floats:
     """How deep each point (k, n) is inside the obstacles [m]; negative: at least so far outside."""
-    return np.max([(block.b - X @ block.A.T).min(axis=1) for block in world.obstacles], axis=0)
+    depths = [(block.b - X @ block.A.T).min(axis=1) for block in world.obstacles]
+    return np.asarray(np.max(depths, axis=0))
 
 
 def random_free_points(rng: np.random.Generator, world: World, count: int) -> Floats:
@@ -233,5 +258,5 @@ def shortest_length(world: World, start: Floats, goal: Floats) -> float:
         seen &= never | (np.minimum(leave, 1.0) <= np.maximum(enter, 0.0))
     i, j = i[seen], j[seen]
     lengths = np.linalg.norm(nodes[i] - nodes[j], axis=1)
-    graph = csr_array((lengths, (i, j)), shape=(len(nodes),) * 2)
-    return float(dijkstra(graph, directed=False, indices=0)[1])
+    graph = csr_array((lengths, (i, j)), shape=(len(nodes), len(nodes)))
+    return float(dijkstra(graph, directed=False, indices=[0])[0, 1])

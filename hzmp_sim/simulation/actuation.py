@@ -36,7 +36,7 @@ from hzmp_tracking.controllers import (
 
 _AXIS_TOL = 1e-6
 _POINT_LIMITS = (2.0, 4.0, 30.0)  # [m/s, m/s^2, m/s^3] comfortable for a camera and a report
-_QUADROTOR_LIMITS = (2.0, 4.0, 20.0)  # measured: followed within 1 cm, far from rotor limits
+_QUADROTOR_LIMITS = (2.0, 3.0, 10.0)  # measured: within 1 cm; jerk 20 can saturate rotors
 _FORCE_SHARE = 0.8  # of the actuators, for the reference; the rest is for feedback
 
 

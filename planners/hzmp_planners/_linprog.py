@@ -48,9 +48,10 @@ def minimize_linear(
     bounds = list(zip(low, high, strict=True))
     A, b = upper if upper is not None else (None, None)
     E, e = equal if equal is not None and len(equal[1]) else (None, None)
-    # The strictest that HiGHS takes first: its default is wider than the gaps decided here. Planes
-    # that nearly coincide can be too much for it.
-    for tolerance in (1e-10, 1e-7):
+    # Simplex first; where planes nearly coincide it may end without a verdict that the interior
+    # point method has. The default tolerance, 1e-7, is wider than the gaps decided here.
+    strict = 1e-10
+    for method in ("highs", "highs-ipm"):
         result = linprog(
             cost,
             A_ub=A,
@@ -58,11 +59,8 @@ def minimize_linear(
             A_eq=E,
             b_eq=e,
             bounds=bounds,
-            method="highs",
-            options={
-                "primal_feasibility_tolerance": tolerance,
-                "dual_feasibility_tolerance": tolerance,
-            },
+            method=method,
+            options={"primal_feasibility_tolerance": strict, "dual_feasibility_tolerance": strict},
         )
         if result.status in (0, 2):
             break

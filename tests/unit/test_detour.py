@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oracles import Floats, random_world, rotation
-from scipy.optimize import minimize
+from scipy.optimize import LinearConstraint, minimize
 
 from hzmp_planners.planning.detour import bottleneck_bound, least_detour
+from oracles import Floats, random_world, rotation
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -20,12 +20,16 @@ def searched(corners: Floats, s: Floats, g: Floats) -> float:
     """The least detour by numerical minimisation over barycentric weights."""
     k = len(corners)
     best = min(detour(corner, s, g) for corner in corners)
-    for first in np.vstack([np.full(k, 1.0 / k), 0.9 * np.eye(k) + 0.1 / k]):
+
+    def length(w: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
+        return detour(w @ corners, s, g)
+
+    for first in [np.full(k, 1.0 / k), *(0.9 * np.eye(k) + 0.1 / k)]:
         result = minimize(
-            lambda w: detour(w @ corners, s, g),
+            length,
             first,
             bounds=[(0.0, 1.0)] * k,
-            constraints={"type": "eq", "fun": lambda w: w.sum() - 1.0},
+            constraints=LinearConstraint(np.ones((1, k)), 1.0, 1.0),
             method="SLSQP",
             options={"ftol": 1e-14, "maxiter": 200},
         )

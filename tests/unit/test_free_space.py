@@ -4,8 +4,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+
+from hzmp_planners.errors import ShapeError
+from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.sets import Polytope
 from oracles import (
-    Floats,
     World,
     depth_in_obstacles,
     free_box_volume,
@@ -15,14 +18,10 @@ from oracles import (
     union_volume,
 )
 
-from hzmp_planners.errors import ShapeError
-from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.sets import Polytope
-
 GRID = [(n, size, seed) for n in (2, 3) for size in (1e-2, 1.0, 1e3) for seed in range(4)]
 OBLIQUE = [
     (kind, n, size)
-    for kind in ("rotated", "hulls", "slivers")
+    for kind in ("rotated", "hulls", "slivers", "loose grid")
     for n in (2, 3)
     for size in (1e-2, 1.0, 1e3)
 ]
@@ -50,7 +49,7 @@ def check_leaves(world: World, space: FreeSpace) -> None:
                 assert overlap(leaf, block) <= tol
         assert leaf.violation(leaf.vertices).max() <= tol
         assert halfspace_volume(leaf.A, leaf.b) == pytest.approx(
-            leaf.volume(), rel=1e-6, abs=tol * np.prod(world.hi - world.lo) / world.scale
+            leaf.volume(), rel=1e-6, abs=float(tol * np.prod(world.hi - world.lo) / world.scale)
         )
     columns = space.incidence.toarray().T
     assert all(
@@ -196,3 +195,13 @@ def test_bad_input_is_one_clear_line(
     with pytest.raises(ShapeError, match=words) as caught:
         FreeSpace.decompose(bounds, obstacles)
     assert "\n" not in str(caught.value)
+
+
+def test_nobody_can_change_what_was_decomposed() -> None:
+    space = random_world(np.random.default_rng(0), "rotated", 2, 2).free_space()
+    face = space.graph.faces[0]
+    for array in (
+        *space.bounds, space.vertices, space.incidence.data, space.incidence.indices,
+        space.leaves[0].A, space.leaves[0].vertices, face.vertices, face.normal,
+    ):  # fmt: skip
+        assert not array.flags.writeable

@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from oracles import halfspace_volume, overlap, random_world
 
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.free_space.grow import grow_leaf
 from hzmp_planners.sets import Polytope
+from oracles import halfspace_volume, overlap, random_world
 
 
 @pytest.mark.parametrize(

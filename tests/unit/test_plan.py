@@ -5,6 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+
+from hzmp_planners.errors import QueryError, ShapeError
+from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.planning import Plan, PlanStatus, plan, verify
+from hzmp_planners.sets import Polytope
 from oracles import (
     Floats,
     Scene,
@@ -15,11 +20,6 @@ from oracles import (
     random_world,
     shortest_length,
 )
-
-from hzmp_planners.errors import QueryError, ShapeError
-from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.planning import Plan, PlanStatus, plan, verify
-from hzmp_planners.sets import Polytope
 
 LONG = 60.0  # [s] on a machine that does other work: no verdict may depend on the clock
 
@@ -164,13 +164,12 @@ def room(n: int, wall: float = 0.2) -> list[Polytope]:
 @pytest.mark.parametrize("n", [2, 3])
 @pytest.mark.parametrize("world", ["room", "wall", "corner contact"])
 def test_no_way_is_a_proof(n: int, world: str) -> None:
-    lo, hi = np.zeros(n), np.full(n, 3.0)
+    lo, half, hi = np.zeros(n), np.full(n, 1.5), np.full(n, 3.0)
     if world == "room":
         blocks = room(n)
     elif world == "wall":
         blocks = [Polytope.from_box([1.4, *lo[1:] - 0.1], [1.6, *hi[1:]])]
     else:  # two parts of the workspace that meet in one corner or edge only
-        half = np.full(n, 1.5)
         blocks = [
             Polytope.from_box([0.0, 1.5, *lo[2:]], [1.5, 3.0, *hi[2:]]),
             Polytope.from_box([1.5, 0.0, *lo[2:]], [3.0, 1.5, *hi[2:]]),

@@ -6,7 +6,7 @@
 - Lines of ```bash blocks, and those after `$ ` in ```console blocks, are commands. `hzmp-sim` ones
   are parsed, not run; `make` ones must be targets, and what these run is parsed too.
 - Each picture has `<!-- made by: COMMAND -->` on the line before it, and so can tables: a command
-  as above, or `python examples/...` or `python docs/...`.
+  as above, or `python FILE ...`.
 """
 
 from __future__ import annotations

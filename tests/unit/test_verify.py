@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from oracles import load_scene
 
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan, PlanStatus, plan, verify
 from hzmp_planners.planning.certificate import Certificate, CrossingGraph
 from hzmp_planners.sets import Polytope
+from oracles import load_scene, random_free_points, random_world
 
 
 @cache
@@ -221,14 +221,13 @@ def test_the_certificate_starts_and_ends_where_the_plan_does() -> None:
     result = planned("random_2d_s010")
     link = chain(result)[0]
     graph = link.graph
-    front = [
-        np.concatenate([part[:2] + shift, part])
-        for part, shift in ((graph.corners, 0.0), (graph.face, 0), (graph.into, 0))
-    ]
     fake = CrossingGraph(
-        front[0], front[1], front[2], np.concatenate([graph.out_of[:2], graph.out_of]),
+        np.concatenate([graph.corners[:2], graph.corners]),
+        np.concatenate([graph.face[:2], graph.face]),
+        np.concatenate([graph.into[:2], graph.into]),
+        np.concatenate([graph.out_of[:2], graph.out_of]),
         graph.pairs + 2,
-    )  # fmt: skip
+    )
     phi = np.concatenate([[[0.0] * 2, [9.0] * 2], link.potentials])
     forged = replace(link, graph=fake, potentials=phi, threshold=9.0)
     assert claims(result, certificate=forged, lower_bound=5.0) == {"bound_excess"}
@@ -291,3 +290,17 @@ def test_time_limit_without_a_path_claims_only_its_bound() -> None:
     assert claims(none) == set()
     assert claims(none, lower_bound=2.0 * result.lower_bound) == {"bound_excess"}
     assert claims(none, cost=1.0) == {"path_outside_leaves"}
+
+
+def test_planes_that_nearly_coincide_do_not_break_a_proof() -> None:
+    rng = np.random.default_rng(0)
+    proved = 0
+    for trial in range(16):
+        n = 2 + trial % 2
+        world = random_world(rng, "loose grid", n, 6, 10.0 ** rng.integers(-1, 3))
+        start, goal = random_free_points(rng, world, 2)
+        result = plan(world.free_space(), start, goal, time_limit=60.0, gap=1e-2)
+        report = verify(result)
+        assert report.ok, (trial, report.describe())
+        proved += result.certificate is not None
+    assert proved > 2

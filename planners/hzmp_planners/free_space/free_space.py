@@ -101,7 +101,9 @@ class FreeSpace:
         rows = np.array([v for column in columns for v in column], dtype=np.int64)
         shape = (len(self.vertices), len(columns))
         data = np.ones(rows.size, dtype=np.bool_)
-        return csc_array((data, rows, pointers.astype(np.int64)), shape=shape)
+        return csc_array(
+            (frozen(data), frozen(rows), frozen(pointers.astype(np.int64))), shape=shape
+        )
 
     @cached_property
     def leaves(self) -> tuple[Polytope, ...]:

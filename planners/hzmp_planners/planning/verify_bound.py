@@ -120,7 +120,10 @@ def _successor_is_complete(graph: CrossingGraph, kept: Bools, successor: Certifi
         whole = _measure(graph.corners[node])
         parts = _measure(divided.corners[node])
         parts += _measure(divided.corners[len(graph.corners) + half])
-        if abs(parts - whole) > 1e-9 * whole:
+        # Round-off of an area is that of its coordinates along its diameter, however thin it is.
+        corners = graph.corners[node]
+        reach = float(np.abs(corners).max() * np.ptp(corners, axis=0).max())
+        if abs(parts - whole) > 1e-9 * whole + 1e-14 * reach:
             return False
     return _holds_short_ways(divided, successor)
 
