@@ -94,7 +94,7 @@ def run(
     """
     from hzmp_sim.simulation import simulate
     from hzmp_sim.simulation.metrics import EXIT_CODES
-    from hzmp_sim.summary import run_summary
+    from hzmp_sim.console import run_summary
 
     loaded = world.load(scene)
     directory = out or Path("runs") / f"{_world_name(loaded.path)}-{loaded.body}"
@@ -125,7 +125,7 @@ def plan(
         as_json: print one JSON object.
     """
     from hzmp_planners import planning
-    from hzmp_sim.summary import plan_as_dict, plan_summary
+    from hzmp_sim.console import plan_as_dict, plan_summary
 
     loaded = world.load(scene)
     found = planning.plan(
@@ -154,7 +154,7 @@ def inspect(
         world: body, start, goal.
         as_json: print one JSON object.
     """
-    from hzmp_sim.summary import print_scene, scene_as_dict
+    from hzmp_sim.console import print_scene, scene_as_dict
 
     loaded = world.load(scene)
     if as_json:

@@ -6,6 +6,7 @@ import json
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,14 +73,15 @@ def random_world(
     random points), "slivers" (rotated boxes down to 1e-6 thin).
     """
     obstacles: list[Polytope] = []
-    turn, loose = rotation(rng, n), 10.0 ** rng.uniform(-13.0, -7.0)
-    for _ in range(count):
-        if kind == "loose grid":
-            corner = rng.integers(-1, 6, n) / 6.0
-            body = Polytope.from_box(corner, corner + rng.integers(1, 4, n) / 6.0).vertices
+    if kind == "loose grid":
+        turn, loose = rotation(rng, n), 10.0 ** rng.uniform(-13.0, -7.0)
+        for _ in range(count):
+            low = rng.integers(-1, 6, n) / 6.0
+            body = Polytope.from_box(low, low + rng.integers(1, 4, n) / 6.0).vertices
             body = body + loose * rng.uniform(-1.0, 1.0, body.shape) - 0.5
             obstacles.append(Polytope.from_vertices((0.5 + body @ turn.T) * size))
-            continue
+        return World(np.zeros(n), np.full(n, size), obstacles)
+    for _ in range(count):
         if kind == "grid":
             corner = rng.integers(-1, 6, n)
             obstacles.append(
@@ -107,8 +109,13 @@ def minimum(
 ) -> tuple[float, Floats] | None:
     """Least cost.x with A x <= b, and where; None when there is no such x."""
     E, e = equal or (None, None)
-    strict = 1e-10  # the default, 1e-7, is wider than what is compared here
-    for method in ("highs", "highs-ipm"):
+    # The default tolerance, 1e-7, is wider than what is compared here: the last resort.
+    attempts: tuple[tuple[Literal["highs", "highs-ipm"], float], ...] = (
+        ("highs", 1e-10),
+        ("highs-ipm", 1e-10),
+        ("highs-ipm", 1e-7),
+    )
+    for method, strict in attempts:
         result = linprog(
             cost,
             A,
@@ -119,20 +126,21 @@ def minimum(
             method=method,
             options={"primal_feasibility_tolerance": strict, "dual_feasibility_tolerance": strict},
         )
-        if result.status in (0, 2):
-            break
-    if result.status == 2:
-        return None
-    assert result.fun is not None, result.message
-    return float(result.fun), np.asarray(result.x)
+        if result.status == 2:
+            return None
+        if result.status == 0 and result.fun is not None:
+            return float(result.fun), np.asarray(result.x)
+    raise AssertionError("no verdict on a linear program")
 
 
 def largest_ball(A: Floats, b: Floats) -> tuple[float, Floats]:
     """Radius (negative: how far the half-spaces are from meeting) and centre; unit rows."""
     n = A.shape[1]
-    found = minimum(np.append(np.zeros(n), -1.0), np.hstack([A, np.ones((len(b), 1))]), b)
+    size = max(1.0, float(np.abs(b).max()))
+    rows = np.hstack([A, np.ones((len(b), 1))])
+    found = minimum(np.append(np.zeros(n), -1.0), rows, b / size)
     assert found is not None
-    return float(found[1][-1]), found[1][:n]
+    return float(found[1][-1]) * size, found[1][:n] * size
 
 
 def overlap(one: Polytope, two: Polytope) -> float:

@@ -100,10 +100,8 @@ class FreeSpace:
         pointers = np.concatenate([[0], np.cumsum([len(column) for column in columns])])
         rows = np.array([v for column in columns for v in column], dtype=np.int64)
         shape = (len(self.vertices), len(columns))
-        data = np.ones(rows.size, dtype=np.bool_)
-        return csc_array(
-            (frozen(data), frozen(rows), frozen(pointers.astype(np.int64))), shape=shape
-        )
+        data = frozen(np.ones(rows.size, dtype=np.bool_))
+        return csc_array((data, frozen(rows), frozen(pointers.astype(np.int64))), shape=shape)
 
     @cached_property
     def leaves(self) -> tuple[Polytope, ...]:
