@@ -92,9 +92,9 @@ def run(
         out: run directory; default: runs/WORLD-BODY.
         settings: how to plan, fly and record.
     """
+    from hzmp_sim.console import run_summary
     from hzmp_sim.simulation import simulate
     from hzmp_sim.simulation.metrics import EXIT_CODES
-    from hzmp_sim.console import run_summary
 
     loaded = world.load(scene)
     directory = out or Path("runs") / f"{_world_name(loaded.path)}-{loaded.body}"

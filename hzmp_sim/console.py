@@ -108,7 +108,7 @@ def scene_as_dict(scene: Scene) -> dict[str, Any]:
         "obstacles": len(scene.obstacles),
         "leaves": len(space.leaves),
         "faces": len(space.graph.faces),
-        "components": int(space.graph.components().max(initial=-1)) + 1,
+        "components": int(space.graph.components.max(initial=-1)) + 1,
         "free_volume": space.volume,
         "warnings": list(scene.warnings),
         "geoms": [

@@ -63,7 +63,7 @@ def test_start_and_goal_are_free_and_connected(name: str, n: int, body: str | No
     assert scene.warnings == ()
     space = scene.free_space()
     assert space.contains(np.vstack([scene.start, scene.goal])).all()
-    labels = space.graph.components()
+    labels = space.graph.components
     assert set(labels[space.leaves_at(scene.start)]) & set(labels[space.leaves_at(scene.goal)])
     assert not sees(scene)  # the straight way is blocked
 

@@ -143,7 +143,7 @@ def test_nothing_free_is_no_leaf(n: int) -> None:
         assert not space.contains(0.5 * (lo + hi)).any()
         assert space.leaves_at(0.5 * (lo + hi)).size == 0
         assert space.graph.faces == ()
-        assert space.graph.components().size == 0
+        assert space.graph.components.size == 0
 
 
 @pytest.mark.parametrize("room", [5e-11, 2e-10, 5e-10, 3e-9, 1e-6])
@@ -159,7 +159,7 @@ def test_a_corner_left_over_of_any_size_does_no_harm(n: int, room: float) -> Non
     assert space.volume == pytest.approx(2.0**n - 1.0, rel=1e-8)
     assert not space.contains(np.full(n, 0.5)).any()
     assert space.contains(np.full(n, -0.5)).all()
-    assert len(space.leaves) == space.incidence.shape[1] == len(space.graph.components())
+    assert len(space.leaves) == space.incidence.shape[1] == len(space.graph.components)
 
 
 def test_planes_that_agree_up_to_round_off_leave_no_crack() -> None:

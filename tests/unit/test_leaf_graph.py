@@ -120,7 +120,7 @@ def test_partial_faces_corners_and_edges() -> None:
         inner = face.vertices.mean(axis=0)
         assert space.contains(inner).all()
         assert not np.allclose(face.vertices, [0.5, 0.5])
-    assert len(set(space.graph.components())) == 1
+    assert len(set(space.graph.components)) == 1
 
 
 def test_parts_are_those_of_a_flood_fill() -> None:
@@ -150,7 +150,7 @@ def test_parts_are_those_of_a_flood_fill() -> None:
                             label[tuple(near)] = count
                             stack.append(tuple(near))
             count += 1
-        parts = space.graph.components()
+        parts = space.graph.components
         assert len(set(parts.tolist())) == count
         several += count > 1
         pairs = {

@@ -56,6 +56,7 @@ def test_every_kind_of_proof_is_accepted(name: str) -> None:
     assert report.ok, report.describe()
     assert set(report.residuals) == {
         "bound_excess", "endpoints", "length", "path_outside_leaves", "leaf_inside_obstacle",
+        "uncovered",
     }  # fmt: skip
     assert "all claims hold" in report.describe()
 

@@ -124,7 +124,10 @@ class FreeSpace:
     @cached_property
     def graph(self) -> LeafGraph:
         """Leaves and their shared faces."""
-        return build_leaf_graph(self._complex, self._table, self.scale)
+        graph = build_leaf_graph(self._complex, self._table, self.scale)
+        # Computed now: what all queries share should not cost the first one its time.
+        _ = graph.corners, graph.pairs, graph.components
+        return graph
 
     def hybrid_zonotope(self) -> HybridZonotope:
         """The free space as one hybrid zonotope in the V-rep form (ng = 2 nv, nb = N)."""

@@ -36,6 +36,8 @@ class SharedFace:
 class LeafGraph:
     """Leaves as nodes, shared faces as edges."""
 
+    n: int
+    """Dimension of the space."""
     leaf_count: int
     faces: tuple[SharedFace, ...]
 
@@ -49,7 +51,7 @@ class LeafGraph:
     def corners(self) -> Floats:
         """Vertices of all faces, shape (F, k, n) [m]; short faces repeat their last vertex."""
         if not self.faces:
-            return frozen(np.zeros((0, 1, 1)))
+            return frozen(np.zeros((0, self.n, self.n)))
         width = max(len(face.vertices) for face in self.faces)
         rows = [
             face.vertices[np.minimum(np.arange(width), len(face.vertices) - 1)]
@@ -75,9 +77,10 @@ class LeafGraph:
                 lists[leaf].append(index)
         return tuple(frozen(np.array(faces, dtype=np.int64)) for faces in lists)
 
+    @cached_property
     def components(self) -> Ints:
         """Connected component of each leaf, shape (N,); two components have no path between."""
-        return component_labels(self.ends, self.leaf_count)
+        return frozen(component_labels(self.ends, self.leaf_count))
 
 
 def build_leaf_graph(complex_: Complex, table: PlaneTable, scale: float) -> LeafGraph:
@@ -96,7 +99,8 @@ def build_leaf_graph(complex_: Complex, table: PlaneTable, scale: float) -> Leaf
         overlay = _Overlay(complex_.vertices, normal, tol)
         for i, j, corners in overlay.overlaps(below, above):
             faces.append(SharedFace((i, j), frozen(corners), normal, offset))
-    return LeafGraph(len(complex_.leaves), tuple(faces))
+    n = complex_.vertices.shape[1]
+    return LeafGraph(n, len(complex_.leaves), tuple(faces))
 
 
 class _Overlay:

@@ -19,7 +19,7 @@ class PlanStatus(enum.Enum):
     """How planning ended; the value says what to do about it."""
 
     OPTIMAL = "the path is within the asked gap of the proved lower bound"
-    FEASIBLE = "the time ran out before the asked gap was proved: allow more time or a larger gap"
+    FEASIBLE = "the asked gap was not proved: allow more time, or a larger gap"
     INFEASIBLE = "proved: start and goal lie in parts of the free space that nothing connects"
     TIME_LIMIT = "no path was found in time and none was excluded: allow more time"
 

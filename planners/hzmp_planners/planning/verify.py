@@ -1,4 +1,4 @@
-"""Checking a plan without the planner: path, length, leaves, bound and verdict."""
+"""Checking a plan after the fact: path, length, leaves, bound and verdict."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners._linprog import minimize_linear
-from hzmp_planners.constants import FACE_TOL, MEMBERSHIP_TOL
+from hzmp_planners.constants import FACE_TOL, MEMBERSHIP_TOL, NORMAL_TOL, PLANE_TOL
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.plan import Plan, PlanStatus, path_length
 from hzmp_planners.planning.verify_bound import certified_bound
 from hzmp_planners.sets import Polytope
+
+_SAMPLES = 2000  # points of the workspace that must be in a leaf or in an obstacle
 
 
 @dataclass(frozen=True)
@@ -22,10 +24,11 @@ class Verification:
     """Residuals of a plan's claims, recomputed; all are lengths [m], 0 is perfect."""
 
     residuals: dict[str, float]
-    """`endpoints`, `path_outside_leaves`, `length`, `leaf_inside_obstacle`, `bound_excess` (how far
-    the claimed bound exceeds the recomputed one); for an infeasible plan `missed_face` (width of a
-    face that would connect what the plan calls separate, or overlap of a leaf with an obstacle; inf
-    when the plan has a path after all)."""
+    """`endpoints`, `path_outside_leaves`, `length`, `leaf_inside_obstacle`; `bound_excess`: how far
+    the claimed bound exceeds the recomputed one; `uncovered`: how far outside of all obstacles a
+    sampled point is that is in no leaf; for an infeasible plan `missed_face`: width of a face that
+    would connect what the plan calls separate, or overlap of a leaf with an obstacle, inf when the
+    plan has a path after all."""
     tolerance: float
     """What round-off explains [m]."""
 
@@ -42,10 +45,12 @@ class Verification:
 
 
 def verify(plan: Plan) -> Verification:
-    """Re-check a plan's path, length, lower bound and verdict with code the planner does not use.
+    """Re-check a plan's path, length, lower bound and verdict.
 
-    The bound is checked by arithmetic on the plan's certificate (`verify_bound`); that leaves keep
-    out of obstacles, and that separate parts really are separate, by linear programs.
+    Nothing is searched or optimised again. The bound follows by arithmetic from the plan's
+    certificate (`verify_bound`). That leaves keep out of obstacles, and that separate parts really
+    are separate, is checked by linear programs; that leaves and obstacles fill the workspace, by
+    seeded samples (evidence, not proof).
     """
     space = plan.space
     # Bounds are safe by a share of themselves, and a path may be far longer than the world is wide.
@@ -54,8 +59,12 @@ def verify(plan: Plan) -> Verification:
     tolerance = 10.0 * MEMBERSHIP_TOL * size
     if plan.status is PlanStatus.INFEASIBLE:
         bare = math.isinf(plan.cost) and math.isinf(plan.lower_bound) and not len(plan.waypoints)
-        return Verification({"missed_face": _missed_face(plan) if bare else math.inf}, tolerance)
-    residuals = {"bound_excess": plan.lower_bound - certified_bound(plan)}
+        missed = _missed_face(plan) if bare else math.inf
+        return Verification({"missed_face": missed, "uncovered": _uncovered(space)}, tolerance)
+    residuals = {
+        "bound_excess": plan.lower_bound - certified_bound(plan),
+        "uncovered": _uncovered(space),
+    }
     if plan.status is not PlanStatus.TIME_LIMIT or len(plan.waypoints) or math.isfinite(plan.cost):
         residuals |= _path_residuals(plan)
     # What cannot be computed proves nothing.
@@ -80,6 +89,17 @@ def _path_residuals(plan: Plan) -> dict[str, float]:
     }
 
 
+def _uncovered(space: FreeSpace) -> float:
+    """How far outside of all obstacles a sampled point is that is in no leaf [m]."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform(*space.bounds, (_SAMPLES, space.n))
+    stray = points[~space.contains(points)]
+    if not len(stray):
+        return 0.0
+    outside = [block.violation(stray) for block in space.obstacles]
+    return max(0.0, float(np.min(outside, axis=0).max())) if outside else math.inf
+
+
 def _overlap(leaf: Polytope, space: FreeSpace) -> float:
     """Radius of the largest ball that fits into the leaf and an obstacle at once [m]."""
     lo, hi = leaf.interval_hull()
@@ -97,7 +117,7 @@ def _missed_face(plan: Plan) -> float:
     Also inf when start and goal are in one reachable part after all.
     """
     space = plan.space
-    components = space.graph.components()
+    components = space.graph.components
     mine = set(components[space.leaves_at(plan.start)].tolist())
     if mine & set(components[space.leaves_at(plan.goal)].tolist()):
         return math.inf
@@ -105,14 +125,15 @@ def _missed_face(plan: Plan) -> float:
     rest = [i for i, part in enumerate(components.tolist()) if part not in mine]
     boxes = [leaf.interval_hull() for leaf in space.leaves]
     lows, highs = np.array([b[0] for b in boxes]), np.array([b[1] for b in boxes])
-    tol = FACE_TOL * space.scale
+    tol, plane_tol = FACE_TOL * space.scale, PLANE_TOL * space.scale
     widest = max((_overlap(space.leaves[i], space) for i in near), default=0.0)
     for i in near:
         touching = (lows[rest] <= highs[i] + tol).all(axis=1) & (highs[rest] >= lows[i] - tol).all(
             axis=1
         )
         for j in np.flatnonzero(touching).tolist():
-            widest = max(widest, _common_facet(space.leaves[i], space.leaves[rest[j]], tol))
+            two = space.leaves[rest[j]]
+            widest = max(widest, _common_facet(space.leaves[i], two, plane_tol))
     return 0.0 if widest <= tol else widest
 
 
@@ -120,7 +141,9 @@ def _common_facet(one: Polytope, two: Polytope, tol: float) -> float:
     """Radius of the largest disc on a plane that bounds both, from opposite sides [m]."""
     best = 0.0
     for normal, offset in zip(one.A, one.b, strict=True):
-        opposite = (np.abs(two.A + normal).max(axis=1) < 1e-8) & (np.abs(two.b + offset) < tol)
+        # Closer than the leaves can be thin: the far side of a sliver is not a common plane.
+        opposite = np.abs(two.A + normal).max(axis=1) < NORMAL_TOL
+        opposite &= np.abs(two.b + offset) < tol
         if not opposite.any():
             continue
         A = np.vstack([one.A, two.A])

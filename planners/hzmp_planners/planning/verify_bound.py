@@ -40,6 +40,14 @@ def certified_bound(plan: Plan) -> float:
         chain.append(link)
         link = link.parent
     chain.reverse()
+    try:
+        return _replayed(plan, chain)
+    except (IndexError, ValueError):  # shapes or numbers of nodes that do not fit each other
+        return -math.inf
+
+
+def _replayed(plan: Plan, chain: list[Certificate]) -> float:
+    """The bound of a chain of certificates, each link checked against the one before."""
     if not _first_graph_is_complete(plan, chain[0]):
         return -math.inf
     for certificate, successor in pairwise(chain):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -131,6 +132,10 @@ class HybridZonotope:
         Raises:
             SolverError: a mixed-integer program ended without a verdict.
         """
+        return self._leaves
+
+    @cached_property
+    def _leaves(self) -> tuple[ConstrainedZonotope, ...]:
         if self._cells is not None:
             return tuple(ConstrainedZonotope.from_vertices(cell) for cell in self._cells)
         found: list[Floats] = []

@@ -1,0 +1,90 @@
+"""Finding short paths: sample faces, search, refine, and again where it could still pay."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.planning.attempt import Attempt
+from hzmp_planners.planning.detour import least_detour
+from hzmp_planners.planning.plan import path_length
+from hzmp_planners.planning.refine import rank_together
+from hzmp_planners.planning.roadmap import FaceSequence, sample_faces, search_sequences
+
+_ROUNDS = 12
+_CANDIDATES = 64  # distinct sequences that are ranked in each round
+_SWEEPS = 6  # of the joint ranking
+_REFINED = 5  # sequences that are refined exactly in each round
+_UNIFORM = 2  # random samples on each face
+_GAIN = 1e-5  # relative, of a round worth another one
+
+
+def explore(attempt: Attempt, rng: np.random.Generator) -> Floats:
+    """Improve the route of an attempt until rounds gain nothing, or time is up.
+
+    Each round samples the faces that the best cost leaves active: near the best route, where the
+    straight line is left least, and uniformly at random.
+
+    Returns:
+        All points sampled, shape (S, n) [m].
+    """
+    graph, query = attempt.graph, attempt.query
+    n = query.start.size
+    candidates = attempt.nearest[:, None]
+    drawn: list[Floats] = []
+    for number in range(_ROUNDS):
+        began = time.perf_counter()
+        before = attempt.cost
+        active = attempt.detours < before
+        drawn.append(candidates[active].reshape(-1, n))
+        most = _CANDIDATES if number else 1
+        found = search_sequences(graph, query, candidates, active, most)
+        for faces in _most_promising(attempt, found):
+            attempt.try_sequence(faces)
+            if attempt.done:
+                break
+        idle = number > 1 and attempt.cost > before * (1.0 - _GAIN)
+        # Rounds take about equally long: one that would run over the deadline is not begun.
+        if attempt.done or idle or (number and time.perf_counter() - began > attempt.time_left):
+            break
+        uniform = sample_faces(graph.corners, _UNIFORM, rng)
+        known = [_beside_route(attempt)[:, None], attempt.nearest[:, None]]
+        candidates = np.concatenate([*known, uniform], axis=1)
+    return np.concatenate(drawn)
+
+
+def _most_promising(attempt: Attempt, found: list[FaceSequence]) -> list[FaceSequence]:
+    """The sequences worth an exact refinement: those shortest after a few joint sweeps."""
+    fresh = attempt.untried(found)
+    if len(fresh) <= 1:
+        return fresh
+    query = attempt.query
+    routes = [attempt.graph.corners[list(faces)] for faces in fresh]
+    lengths = rank_together(query.start, query.goal, routes, _SWEEPS)
+    return [fresh[i] for i in np.argsort(lengths, kind="stable")[:_REFINED].tolist()]
+
+
+def _beside_route(attempt: Attempt) -> Floats:
+    """On each face, the point that a path close to the best route would cross most cheaply.
+
+    Of all windows of two segments of the route, the one whose least detour over the face adds
+    least; faces outside the informed set keep their nearest point.
+    """
+    points = attempt.nearest.copy()
+    if attempt.route is None:
+        return points
+    near = np.flatnonzero(attempt.detours < attempt.cost)
+    corners, added = attempt.graph.corners[near], np.full(len(near), math.inf)
+    path = attempt.route.waypoints
+    step = min(2, len(path) - 1)
+    for k in range(len(path) - step):
+        window = path[k : k + step + 1]
+        detour, where = least_detour(corners, window[0], window[-1])
+        extra = detour - path_length(window)
+        better = extra < added
+        added[better] = extra[better]
+        points[near[better]] = where[better]
+    return points
