@@ -31,7 +31,7 @@ def test_video_has_the_promised_frames_and_shows_the_flight(room_run: Run, tmp_p
     raw = subprocess.run(
         [*command, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"], capture_output=True, check=True
     ).stdout
-    frames = np.frombuffer(raw, np.uint8).reshape(-1, 240, 320, 3)
+    frames = np.frombuffer(raw, np.uint8).reshape(-1, 240, 640, 3)  # two views
     assert len(frames) == count == frame_count(room_run) == len(seen)
     assert frames.std(axis=(1, 2, 3)).min() > 10.0  # a picture, not one colour
     assert np.abs(frames[0].astype(int) - frames[-1]).max() > 50  # something moved
