@@ -1,7 +1,8 @@
-"""A progress bar for whatever takes longer than a second, silent when nobody watches."""
+"""Signs of life from whatever takes longer than a second, silent when nobody watches."""
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -52,3 +53,29 @@ def progress(
     finally:
         if shown:
             bar.stop()
+
+
+@contextmanager
+def busy(description: str, *, console: Console | None = None) -> Iterator[None]:
+    """Spinner on stderr while the block runs, for work that cannot say how far it is.
+
+    It appears when stderr is a terminal and the work has taken more than a second.
+
+    Args:
+        description: what is going on, e.g. "Planning".
+        console: where to draw; stderr when None.
+    """
+    screen = console or Console(stderr=True)
+    if not screen.is_terminal:
+        yield
+        return
+    spinner = screen.status(description)
+    timer = threading.Timer(DELAY_S, spinner.start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()
+        spinner.stop()

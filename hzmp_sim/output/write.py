@@ -15,7 +15,7 @@ from hzmp_sim.output.parquet import write_log
 from hzmp_sim.output.recording import write_recording
 from hzmp_sim.output.report import write_report
 from hzmp_sim.output.video import frame_count, render_frame, write_video
-from hzmp_sim.progress import progress
+from hzmp_sim.progress import busy, progress
 
 if TYPE_CHECKING:
     from hzmp_sim.run import Run
@@ -41,10 +41,11 @@ def write_run(run: Run, directory: str | Path, *, video: bool = True, command: s
     begin = time.perf_counter()
     with RunDirectory(directory) as files:
         files.path("scene.xml").write_text(run.scene.xml, encoding="utf-8")
-        write_recording(run, files.path("run.rrd"))
-        if run.log is not None:
-            write_log(run.log, run.scene, files.path("trajectory.parquet"))
-        figures = write_figures(run, files.path("figures/path.png").parent)
+        with busy("Writing recording and figures"):
+            write_recording(run, files.path("run.rrd"))
+            if run.log is not None:
+                write_log(run.log, run.scene, files.path("trajectory.parquet"))
+            figures = write_figures(run, files.path("figures/path.png").parent)
         picture: Image | None = None
         film: Path | None = None
         missing = "" if video else "it was not asked for (--no-video)"

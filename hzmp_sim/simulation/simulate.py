@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from hzmp_planners.planning import plan
-from hzmp_sim.progress import progress
+from hzmp_sim.progress import busy, progress
 from hzmp_sim.run import Run
 from hzmp_sim.scene import Scene
 from hzmp_sim.settings import RunSettings
@@ -49,11 +49,11 @@ def simulate(
     """
     timings = {"scene": scene.reading_time}
     actuation = actuation_for(scene.model, scene.body)
-    with _timed(timings, "decompose"):
+    with _timed(timings, "decompose"), busy("Decomposing the free space"):
         space = scene.free_space()
-    with _timed(timings, "graph"):
+    with _timed(timings, "graph"), busy("Finding shared faces"):
         _ = space.graph
-    with _timed(timings, "plan"):
+    with _timed(timings, "plan"), busy("Planning"):
         path = plan(
             space,
             scene.start,
@@ -65,7 +65,7 @@ def simulate(
     trajectory: Trajectory | None = None
     flight: Flight | None = None
     if math.isfinite(path.cost):
-        with _timed(timings, "time_parameterize"):
+        with _timed(timings, "time_parameterize"), busy("Timing the path"):
             trajectory = time_parameterize(
                 path.waypoints, path.cells(space), _limits(scene, actuation, settings)
             )

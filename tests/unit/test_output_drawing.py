@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull
 from hzmp_planners.sets import Polytope
 from hzmp_sim.output import meshes
 from hzmp_sim.output.framing import camera, eye, workspace_box
-from hzmp_sim.progress import DELAY_S, progress
+from hzmp_sim.progress import DELAY_S, busy, progress
 from hzmp_sim.scene import load_scene
 
 SHAPES = {
@@ -163,3 +163,24 @@ def test_progress_shows_on_a_terminal_and_leaves_it_clean_on_ctrl_c() -> None:
     assert "Rendering" in said
     assert said.rstrip().endswith("\x1b[2K")  # the line is cleared
     assert said.count("\x1b[?25l") == said.count("\x1b[?25h") == 1  # and the cursor is back
+
+
+def wait_busily(console: Console, seconds: float, error: type[BaseException] | None = None) -> None:
+    with busy("Planning", console=console):
+        time.sleep(seconds)
+        if error is not None:
+            raise error
+
+
+def test_spinner_shows_only_on_a_terminal_and_only_for_long_work() -> None:
+    piped, terminal = (
+        Console(file=io.StringIO(), force_terminal=shown, width=60) for shown in (False, True)
+    )
+    for console, wait in ((piped, 1.2 * DELAY_S), (terminal, 0.0)):
+        wait_busily(console, wait)
+        assert isinstance(console.file, io.StringIO)
+        assert console.file.getvalue() == ""
+    with pytest.raises(KeyboardInterrupt):
+        wait_busily(terminal, 1.5 * DELAY_S, KeyboardInterrupt)
+    assert isinstance(terminal.file, io.StringIO)
+    assert "Planning" in terminal.file.getvalue()
