@@ -17,7 +17,6 @@ class FatalError(Exception): ...
 
 class MjContact:
     dist: float
-    efc_address: int
     exclude: int
     flex: _Ints  # (2,)
     frame: _Floats  # (9,)
@@ -29,14 +28,10 @@ class MjData:
     act: _Floats  # (na,)
     contact: _MjContactList
     ctrl: _Floats  # (nu,)
-    cvel: _Floats  # (nbody, 6)
     geom_xmat: _Floats  # (ngeom, 9)
     geom_xpos: _Floats  # (ngeom, 3)
     mocap_pos: _Floats  # (nmocap, 3)
-    mocap_quat: _Floats  # (nmocap, 4)
     ncon: int
-    qacc: _Floats  # (nv,)
-    qfrc_applied: _Floats  # (nv,)
     qfrc_bias: _Floats  # (nv,)
     qfrc_passive: _Floats  # (nv,)
     qpos: _Floats  # (nq,)
@@ -46,8 +41,6 @@ class MjData:
     time: float
     warning: Sequence[_MjWarningStat]  # indexed by mjtWarning
     xaxis: _Floats  # (njnt, 3)
-    xfrc_applied: _Floats  # (nbody, 6)
-    xipos: _Floats  # (nbody, 3)
     xmat: _Floats  # (nbody, 9)
     xpos: _Floats  # (nbody, 3)
     xquat: _Floats  # (nbody, 4)
@@ -55,8 +48,6 @@ class MjData:
 
 class MjModel:
     actuator_actadr: _Ints
-    actuator_actnum: _Ints  # (nactuator,)
-    actuator_biasprm: _Floats
     actuator_biastype: _Ints
     actuator_ctrllimited: _Bytes  # (nu,)
     actuator_ctrlrange: _Floats  # (nu, 2)
@@ -69,34 +60,23 @@ class MjModel:
     actuator_gear: _Floats  # (nu, 6)
     actuator_trnid: _Ints  # (nu, 2)
     actuator_trntype: _Ints
-    body_dofadr: _Ints
     body_dofnum: _Ints
-    body_geomadr: _Ints
-    body_geomnum: _Ints
-    body_inertia: _Floats  # (nbody, 3)
     body_ipos: _Floats  # (nbody, 3)
-    body_iquat: _Floats  # (nbody, 4)
     body_jntadr: _Ints
     body_jntnum: _Ints
     body_mass: _Floats
     body_mocapid: _Ints
     body_parentid: _Ints
-    body_pos: _Floats  # (nbody, 3)
-    body_quat: _Floats  # (nbody, 4)
-    body_rootid: _Ints
-    body_subtreemass: _Floats
     body_weldid: _Ints
     dof_bodyid: _Ints
     dof_damping: _Floats  # (nv,)
     exclude_signature: _Ints
     flex_conaffinity: _Ints
     flex_contype: _Ints
-    flex_radius: _Floats
     geom_bodyid: _Ints
     geom_conaffinity: _Ints
     geom_contype: _Ints
     geom_dataid: _Ints
-    geom_gap: _Floats
     geom_group: _Ints
     geom_margin: _Floats
     geom_matid: _Ints
@@ -109,12 +89,9 @@ class MjModel:
     jnt_axis: _Floats  # (njnt, 3)
     jnt_bodyid: _Ints
     jnt_dofadr: _Ints
-    jnt_limited: _Bytes
     jnt_pos: _Floats  # (njnt, 3)
     jnt_qposadr: _Ints
-    jnt_range: _Floats  # (njnt, 2)
     jnt_type: _Ints
-    key_qpos: _Floats  # (nkey, nq)
     mat_rgba: NDArray[np.float32]  # (nmat, 4)
     mesh_face: _Ints  # (nmeshface, 3)
     mesh_faceadr: _Ints
@@ -127,20 +104,10 @@ class MjModel:
     mesh_vert: NDArray[np.float32]  # (nmeshvert, 3)
     mesh_vertadr: _Ints
     mesh_vertnum: _Ints
-    na: int
     nbody: int
-    nexclude: int
     nflex: int
     ngeom: int
-    nhfield: int
-    njnt: int
-    nkey: int
-    nmesh: int
-    nmocap: int
-    nnumeric: int
-    npair: int
     nq: int
-    nsite: int
     nu: int
     numeric_adr: _Ints
     numeric_data: _Floats
@@ -152,8 +119,6 @@ class MjModel:
     pair_margin: _Floats
     qpos0: _Floats  # (nq,)
     site_bodyid: _Ints
-    site_pos: _Floats  # (nsite, 3)
-    site_quat: _Floats  # (nsite, 4)
     stat: MjStatistic
     vis: MjVisual
     @staticmethod
@@ -167,15 +132,12 @@ class MjModel:
     def site(self, key: int | str) -> _Named: ...
 
 class MjOption:
-    density: float
     disableflags: int
     enableflags: int
     gravity: _Floats  # (3,)
-    integrator: int
     jacobian: int
     o_margin: float
     timestep: float
-    wind: _Floats  # (3,)
 
 class MjSpec:
     actuators: Sequence[MjsActuator]
@@ -186,9 +148,6 @@ class MjSpec:
     materials: Sequence[MjsMaterial]
     meshdir: str
     meshes: Sequence[MjsMesh]
-    modelfiledir: str
-    modelname: str
-    numerics: Sequence[MjsNumeric]
     option: MjOption
     sites: Sequence[MjsSite]
     stat: MjStatistic
@@ -200,8 +159,6 @@ class MjSpec:
     def from_file(filename: str, assets: dict[str, bytes] | None = None) -> MjSpec: ...
     @staticmethod
     def from_string(xml: str, assets: dict[str, bytes] | None = None) -> MjSpec: ...
-    def add_exclude(self, *, name: str = "", bodyname1: str, bodyname2: str) -> MjsExclude: ...
-    def add_numeric(self, *, name: str, data: ArrayLike, size: int = 0) -> MjsNumeric: ...
     def attach(
         self,
         child: MjSpec,
@@ -216,7 +173,6 @@ class MjSpec:
     def delete(self, element: object) -> None: ...
     def geom(self, name: str) -> MjsGeom | None: ...
     def numeric(self, name: str) -> MjsNumeric | None: ...
-    def recompile(self, m: MjModel, d: MjData) -> tuple[MjModel, MjData]: ...
     def site(self, name: str) -> MjsSite | None: ...
     def to_xml(self) -> str: ...
 
@@ -226,7 +182,6 @@ class MjStatistic:
 
 class MjVisual:
     global_: _MjVisualGlobal
-    headlight: _MjVisualHeadlight
     map: _MjVisualMap
     quality: _MjVisualQuality
 
@@ -245,18 +200,10 @@ class MjsBody:
     quat: _Floats  # (4,)
     sites: Sequence[MjsSite]
     def add_body(self, **attributes: Any) -> MjsBody: ...
-    def add_camera(self, **attributes: Any) -> object: ...
     def add_frame(self, **attributes: Any) -> MjsFrame: ...
-    def add_freejoint(self, **attributes: Any) -> MjsJoint: ...
     def add_geom(self, **attributes: Any) -> MjsGeom: ...
-    def add_joint(self, **attributes: Any) -> MjsJoint: ...
-    def add_light(self, **attributes: Any) -> object: ...
-    def add_site(self, **attributes: Any) -> MjsSite: ...
-    def attach_frame(self, frame: MjsFrame, prefix: str = "", suffix: str = "") -> MjsFrame: ...
 
 class MjsExclude:
-    bodyname1: str
-    bodyname2: str
     name: str
 
 class MjsFrame:
@@ -272,7 +219,6 @@ class MjsGeom:
     group: int
     margin: float
     material: str
-    meshname: str
     name: str
     parent: MjsBody
     pos: _Floats  # (3,)
@@ -325,7 +271,6 @@ class MjvCamera:
     elevation: float
     fixedcamid: int
     lookat: _Floats  # (3,)
-    trackbodyid: int
     type: int
     def __init__(self) -> None: ...
 
@@ -333,7 +278,6 @@ class MjvGeom:
     category: int
     emission: float
     label: str
-    mat: NDArray[np.float32]  # (3, 3)
     pos: NDArray[np.float32]  # (3,)
     rgba: NDArray[np.float32]  # (4,)
     size: NDArray[np.float32]  # (3,)
@@ -341,31 +285,13 @@ class MjvGeom:
 
 class MjvOption:
     flags: _Bytes  # indexed by mjtVisFlag
-    geomgroup: _Bytes  # (6,)
-    sitegroup: _Bytes  # (6,)
     def __init__(self) -> None: ...
 
 class MjvScene:
     flags: _Bytes  # indexed by mjtRndFlag
     geoms: Sequence[MjvGeom]
-    maxgeom: int
     ngeom: int
     def __init__(self, model: MjModel, maxgeom: int) -> None: ...
-
-class Renderer:
-    def __init__(
-        self, model: MjModel, height: int = 240, width: int = 320, max_geom: int = 10000
-    ) -> None: ...
-    @property
-    def scene(self) -> MjvScene: ...
-    def close(self) -> None: ...
-    def render(self, *, out: _Bytes | None = None) -> _Bytes: ...  # (height, width, 3)
-    def update_scene(
-        self,
-        data: MjData,
-        camera: int | str | MjvCamera = -1,
-        scene_option: MjvOption | None = None,
-    ) -> None: ...
 
 class _MjContactList:
     dist: _Floats  # (ncon,)
@@ -382,14 +308,7 @@ class _MjVisualGlobal:
     offheight: int
     offwidth: int
 
-class _MjVisualHeadlight:
-    ambient: NDArray[np.float32]  # (3,)
-    diffuse: NDArray[np.float32]  # (3,)
-    specular: NDArray[np.float32]  # (3,)
-
-class _MjVisualMap:
-    zfar: float
-    znear: float
+class _MjVisualMap: ...
 
 class _MjVisualQuality:
     numslices: int
@@ -398,7 +317,6 @@ class _MjVisualQuality:
     shadowsize: int
 
 class _MjWarningStat:
-    lastinfo: int
     number: int
 
 class _Named:
@@ -406,24 +324,19 @@ class _Named:
     name: str
 
 def get_mju_user_warning() -> Callable[[str], object] | None: ...
-def mj_contactForce(m: MjModel, d: MjData, id: int, result: _Floats) -> None: ...
 def mj_forward(m: MjModel, d: MjData) -> None: ...
 def mj_fwdPosition(m: MjModel, d: MjData) -> None: ...
 def mj_fullM(m: MjModel, d: MjData, dst: _Floats) -> None: ...
 def mj_geomDistance(
     m: MjModel, d: MjData, geom1: int, geom2: int, distmax: float, fromto: _Floats | None
 ) -> float: ...
-def mj_getTotalmass(m: MjModel) -> float: ...
 def mj_id2name(m: MjModel, type: int, id: int) -> str | None: ...
 def mj_kinematics(m: MjModel, d: MjData) -> None: ...
 def mj_name2id(m: MjModel, type: int, name: str) -> int: ...  # -1 when there is none
 def mj_objectVelocity(
     m: MjModel, d: MjData, objtype: int, objid: int, res: _Floats, flg_local: int
 ) -> None: ...
-def mj_resetData(m: MjModel, d: MjData) -> None: ...
 def mj_step(m: MjModel, d: MjData, nstep: int = 1) -> None: ...
-def mj_step1(m: MjModel, d: MjData) -> None: ...
-def mj_step2(m: MjModel, d: MjData) -> None: ...
 def mjr_readPixels(
     rgb: _Bytes | None, depth: NDArray[np.float32] | None, viewport: MjrRect, con: MjrContext
 ) -> None: ...
@@ -452,23 +365,14 @@ def mjv_updateScene(
 
 class mjtBias(enum.IntEnum):
     mjBIAS_NONE = 0
-    mjBIAS_AFFINE = 1
-    mjBIAS_MUSCLE = 2
-    mjBIAS_DCMOTOR = 3
-    mjBIAS_SO3 = 4
-    mjBIAS_USER = 5
 
 def set_mju_user_warning(handler: Callable[[str], object] | None) -> None: ...
 
 class mjtCamera(enum.IntEnum):
     mjCAMERA_FREE = 0
-    mjCAMERA_TRACKING = 1
     mjCAMERA_FIXED = 2
-    mjCAMERA_USER = 3
 
 class mjtCatBit(enum.IntEnum):
-    mjCAT_STATIC = 1
-    mjCAT_DYNAMIC = 2
     mjCAT_DECOR = 4
     mjCAT_ALL = 7
 
@@ -479,13 +383,8 @@ class mjtDisableBit(enum.IntEnum):
 
 class mjtDyn(enum.IntEnum):
     mjDYN_NONE = 0
-    mjDYN_INTEGRATOR = 1
     mjDYN_FILTER = 2
     mjDYN_FILTEREXACT = 3
-    mjDYN_MUSCLE = 4
-    mjDYN_DCMOTOR = 5
-    mjDYN_PID = 6
-    mjDYN_USER = 7
 
 class mjtEnableBit(enum.IntEnum):
     mjENBL_OVERRIDE = 1
@@ -494,86 +393,45 @@ class mjtFontScale(enum.IntEnum):
     mjFONTSCALE_100 = 100
 
 class mjtFramebuffer(enum.IntEnum):
-    mjFB_WINDOW = 0
     mjFB_OFFSCREEN = 1
 
 class mjtGain(enum.IntEnum):
     mjGAIN_FIXED = 0
-    mjGAIN_AFFINE = 1
-    mjGAIN_MUSCLE = 2
-    mjGAIN_DCMOTOR = 3
-    mjGAIN_SO3 = 4
-    mjGAIN_PID = 5
-    mjGAIN_USER = 6
 
 class mjtGeom(enum.IntEnum):
     mjGEOM_PLANE = 0
-    mjGEOM_HFIELD = 1
     mjGEOM_SPHERE = 2
     mjGEOM_CAPSULE = 3
     mjGEOM_ELLIPSOID = 4
     mjGEOM_CYLINDER = 5
     mjGEOM_BOX = 6
     mjGEOM_MESH = 7
-    mjGEOM_SDF = 8
-    mjGEOM_ARROW = 100
-    mjGEOM_LINE = 103
-    mjGEOM_LABEL = 107
-    mjGEOM_TRIANGLE = 108
-    mjGEOM_NONE = 1001
 
 class mjtJoint(enum.IntEnum):
     mjJNT_FREE = 0
-    mjJNT_BALL = 1
     mjJNT_SLIDE = 2
     mjJNT_HINGE = 3
 
 class mjtObj(enum.IntEnum):
-    mjOBJ_UNKNOWN = 0
     mjOBJ_BODY = 1
-    mjOBJ_XBODY = 2
-    mjOBJ_JOINT = 3
-    mjOBJ_GEOM = 5
     mjOBJ_SITE = 6
     mjOBJ_CAMERA = 7
     mjOBJ_FLEX = 9
     mjOBJ_MESH = 10
-    mjOBJ_HFIELD = 12
-    mjOBJ_PAIR = 15
-    mjOBJ_EXCLUDE = 16
-    mjOBJ_ACTUATOR = 19
-    mjOBJ_SENSOR = 20
     mjOBJ_NUMERIC = 21
-    mjOBJ_KEY = 24
 
 class mjtRndFlag(enum.IntEnum):
-    mjRND_SHADOW = 0
     mjRND_REFLECTION = 2
-    mjRND_SKYBOX = 4
-    mjRND_FOG = 5
-    mjRND_HAZE = 6
 
 class mjtTrn(enum.IntEnum):
     mjTRN_JOINT = 0
     mjTRN_JOINTINPARENT = 1
-    mjTRN_SLIDERCRANK = 2
-    mjTRN_TENDON = 3
     mjTRN_SITE = 4
     mjTRN_BODY = 5
-    mjTRN_SO3 = 6
-    mjTRN_UNDEFINED = 1000
 
-class mjtVisFlag(enum.IntEnum):
-    mjVIS_CONVEXHULL = 0
-    mjVIS_CONTACTPOINT = 14
-    mjVIS_TRANSPARENT = 18
+class mjtVisFlag(enum.IntEnum): ...
 
 class mjtWarning(enum.IntEnum):
-    mjWARN_INERTIA = 0
-    mjWARN_CONTACTFULL = 1
-    mjWARN_CNSTRFULL = 2
     mjWARN_BADQPOS = 3
     mjWARN_BADQVEL = 4
     mjWARN_BADQACC = 5
-    mjWARN_BADCTRL = 6
-    mjNWARNING = 7
