@@ -21,6 +21,7 @@ from hzmp_sim.settings import RunSettings
 if TYPE_CHECKING:
     from hzmp_sim.scene import Scene
 
+UNVERIFIED = 1  # a plan whose evidence does not hold: a defect, never an outcome
 BAD_INPUT = 2
 INTERRUPTED = 130
 
@@ -109,8 +110,8 @@ def plan(
     /,
     *,
     world: World = _DEFAULT_WORLD,
-    time_limit: float = _DEFAULT_SETTINGS.time_limit,
-    gap: float = _DEFAULT_SETTINGS.gap,
+    time_limit: float = 1.0,
+    gap: float = 1e-3,
     seed: int = 0,
     as_json: Annotated[Switch, Parameter(name="--json")] = False,
 ) -> int:
@@ -136,6 +137,8 @@ def plan(
         print(json.dumps(plan_as_dict(found, report), indent=2, allow_nan=False))
     else:
         print(plan_summary(found, report))
+    if not report.ok:
+        return UNVERIFIED
     return {PlanStatus.INFEASIBLE: 3, PlanStatus.TIME_LIMIT: 4}.get(found.status, 0)
 
 

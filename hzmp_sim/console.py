@@ -33,6 +33,13 @@ def run_summary(run: Run, directory: Path) -> str:
             f"speed     simulated at {m['realtime_factor']:.0f} x real time; whole run "
             f"{sum(m['timings_s'].values()):.1f} s"
         )
+    for name, contact in m["contacts"].items():
+        lines.append(
+            f"contact   with {name} in {contact['steps']} steps, first at {contact['first_s']:.3f} s"
+        )
+    lines += [f"warning   {text}" for text in m["warnings"] if text not in run.scene.warnings]
+    if not m["plan_verified"]:
+        lines.append("plan      VERIFICATION FAILED: do not trust this plan, and report this")
     if m["video"] != "run.mp4":
         lines.append(f"no video  {m['video']}")
     names = ["report.html", "run.rrd", "run.mp4", "metrics.json"]
@@ -43,7 +50,8 @@ def run_summary(run: Run, directory: Path) -> str:
 
 def _outcome(run: Run) -> str:
     if run.log is None:
-        return run.plan.status.value
+        plane = "" if run.scene.height is None else f" (in the plane z = {run.scene.height:g} m)"
+        return run.plan.status.value + plane
     return f"the body ended {1e3 * run.metrics['goal_distance_m']:.1f} mm from the goal"
 
 

@@ -35,11 +35,16 @@ class FlightLog:
     control: Floats
     """Actuator inputs, shape (T, nu)."""
     clearance: Floats
-    """Smallest distance of the body to an obstacle geom [m], shape (T,); inf without obstacles."""
+    """Smallest distance of the body to a geom that it could touch [m], shape (T,); inf without."""
     nearest: Ints
-    """Index into `scene.obstacle_geoms` of the geom at that distance, shape (T,); -1 if none."""
-    collision: Bools
-    """Whether MuJoCo reported a penetrating contact of the body, shape (T,)."""
+    """Id of the geom at that distance, shape (T,); -1 if there is none."""
+    contact: Ints
+    """Id of a geom that MuJoCo reports in penetrating contact with the body, (T,); -1 if none."""
+
+    @property
+    def collision(self) -> Bools:
+        """Whether the body is in penetrating contact, shape (T,)."""
+        return np.asarray(self.contact >= 0)
 
     @property
     def tracking_error(self) -> Floats:

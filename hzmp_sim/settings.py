@@ -35,7 +35,7 @@ class RunSettings:
     video: bool = True
 
     def __post_init__(self) -> None:
-        if self.seed < 0:
+        if not isinstance(self.seed, int) or self.seed < 0:
             raise QueryError(f"seed must be a whole number of at least 0, got {self.seed}")
         positive = ("time_limit", "velocity", "acceleration", "jerk", "goal_tolerance")
         for name in positive:

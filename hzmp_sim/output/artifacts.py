@@ -30,6 +30,16 @@ class OutputError(HzmpError, OSError):
     """A run directory or a file in it cannot be written."""
 
 
+def check_directory(directory: str | Path) -> None:
+    """Refuse what cannot become a run directory.
+
+    Raises:
+        OutputError: it is a file.
+    """
+    if Path(directory).exists() and not Path(directory).is_dir():
+        raise OutputError(f"run directory {directory} is a file; name a directory")
+
+
 class RunDirectory:
     """Context manager that publishes a run's files in one go.
 
@@ -52,9 +62,8 @@ class RunDirectory:
         Raises:
             OutputError: the directory is a file, or cannot be made or written.
         """
+        check_directory(self.directory)
         target = self.directory.absolute()
-        if target.exists() and not target.is_dir():
-            raise OutputError(f"run directory {self.directory} is a file; name a directory")
         self._staging = target.parent / f".{target.name}.{secrets.token_hex(4)}.partial"
         try:
             self._staging.mkdir(parents=True)

@@ -93,7 +93,7 @@ def _trajectory_figure(trajectory: Trajectory) -> Figure:
             legend_above(axes)
         plain(axes)
     rows[-1].set_xlabel("time [s]")
-    rows[-1].set_xlim(0.0, trajectory.duration)
+    rows[-1].set_xlim(0.0, max(trajectory.duration, 1e-3))
     figure.align_ylabels()
     return figure
 
@@ -111,7 +111,7 @@ def _flight_figure(run: Run, log: FlightLog) -> Figure:
     above.axhline(0.0, color=palette.GROWN, lw=1.0, label="contact")
     if np.isfinite(clear).any():
         row = int(np.nanargmin(clear))
-        name = run.scene.geom_name(run.scene.obstacle_geoms[int(log.nearest[row])])
+        name = run.scene.geom_name(int(log.nearest[row]))
         above.plot(log.time[row], clear[row], "o", color=palette.BOUND, ms=5)
         above.annotate(
             f"{clear[row]:.3f} m to {name}", (log.time[row], clear[row]),

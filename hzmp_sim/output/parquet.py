@@ -23,8 +23,8 @@ def write_log(log: FlightLog, scene: Scene, path: Path) -> None:
     """Write `log` to `path` (trajectory.parquet).
 
     Columns: time_s; x_m y_m z_m; qw qx qy qz (wxyz); vx_m_s ...; reference_x_m ...;
-    tracking_error_m; clearance_m (null without obstacles); nearest_geom (name, null if none);
-    collision; ctrl_0 ... in the units of the actuators. Column metadata holds the units.
+    tracking_error_m; clearance_m (null without obstacles); nearest_geom and contact_geom (names,
+    null if none); collision; ctrl_0 ... in the units of the actuators. Column metadata holds the units.
     """
     columns: dict[str, pa.Array] = {"time_s": pa.array(log.time)}
     columns |= _components(log.position, "xyz", "{}_m")
@@ -33,10 +33,10 @@ def write_log(log: FlightLog, scene: Scene, path: Path) -> None:
     columns |= _components(log.reference, "xyz", "reference_{}_m")
     columns["tracking_error_m"] = pa.array(log.tracking_error)
     columns["clearance_m"] = pa.array(log.clearance, mask=~np.isfinite(log.clearance))
-    columns["nearest_geom"] = pa.DictionaryArray.from_arrays(
-        pa.array(log.nearest.astype(np.int32), mask=log.nearest < 0),
-        pa.array([scene.geom_name(geom) for geom in scene.obstacle_geoms], type=pa.string()),
-    )
+    names = pa.array([scene.geom_name(geom) for geom in range(scene.model.ngeom)], type=pa.string())
+    for column, geoms in (("nearest_geom", log.nearest), ("contact_geom", log.contact)):
+        index = pa.array(geoms.astype(np.int32), mask=geoms < 0)
+        columns[column] = pa.DictionaryArray.from_arrays(index, names)
     columns["collision"] = pa.array(log.collision)
     columns |= {f"ctrl_{i}": pa.array(log.control[:, i]) for i in range(log.control.shape[1])}
     fields = [pa.field(name, values.type, metadata=_unit(name)) for name, values in columns.items()]

@@ -69,7 +69,9 @@ def headline_figures(run: Run) -> list[Figure]:
     if _known(m.get("trajectory_duration_s")):
         rows.append(Figure("Duration", number(m["trajectory_duration_s"]), "s"))
     if _known(m.get("tracking_error_max_m")):
-        rows.append(Figure("Largest tracking error", number(m["tracking_error_max_m"]), "m"))
+        error = m["tracking_error_max_m"]
+        covered = None if error <= wanted else False
+        rows.append(Figure("Largest tracking error", number(error), "m", covered))
     return rows
 
 

@@ -133,11 +133,11 @@ def _obstacle(
     if isinstance(shape, HalfSpace):
         outer = _halfspace_obstacle(shape, bounds, grow)
     elif _is_far(shape, bounds, grow):
-        return None, "ignored", "outside the workspace"
+        return None, "outside", "outside the workspace"
     else:
         outer = outer_polytope(shape, grow, tolerance - excess, _window(shape, bounds, grow))
     if not _meets(outer, bounds):
-        return None, "ignored", "outside the workspace"
+        return None, "outside", "outside the workspace"
     return Outer(outer.polytope, outer.vertices, outer.error + excess), "obstacle", ""
 
 

@@ -14,7 +14,7 @@ from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.geoms import geom_name
 
-Role = Literal["obstacle", "ignored", "beside", "body"]
+Role = Literal["obstacle", "beside", "outside", "ignored", "body"]
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,9 @@ class GeomReport:
     type: str
     """MJCF type, such as "box"."""
     role: Role
-    """"beside": at heights that a planar body does not reach, such as the floor it stands on."""
+    """"beside": at heights that a planar body does not reach, such as the floor it stands on;
+    "outside": where it reaches no point of the free space; "ignored": MuJoCo lets it touch nothing
+    of the body."""
     facets: int
     """Half-spaces of its obstacle; 0 when it is none."""
     error: float
@@ -81,8 +83,14 @@ class Scene:
     """How long it took to read the scene [s]."""
 
     @property
-    def ground_geoms(self) -> tuple[int, ...]:
-        """Geoms that a planar body may touch: they lie beside the heights that it moves in."""
+    def contact_geoms(self) -> tuple[int, ...]:
+        """Ids of all geoms that MuJoCo could bring into contact with the body."""
+        roles = ("obstacle", "beside", "outside")
+        return tuple(report.geom for report in self.geoms if report.role in roles)
+
+    @property
+    def beside_geoms(self) -> tuple[int, ...]:
+        """Those of them beside the heights that a planar body moves in: floor, lintel, lamp."""
         return tuple(report.geom for report in self.geoms if report.role == "beside")
 
     @property

@@ -37,6 +37,7 @@ from hzmp_tracking.controllers import (
 _AXIS_TOL = 1e-6
 _POINT_LIMITS = (2.0, 4.0, 30.0)  # [m/s, m/s^2, m/s^3] comfortable for a camera and a report
 _QUADROTOR_LIMITS = (2.0, 3.0, 10.0)  # measured: within 1 cm; jerk 20 can saturate rotors
+_EARTH = 9.81  # [m/s^2] gravity that the quadrotor's limits were measured at
 _FORCE_SHARE = 0.8  # of the actuators, for the reference; the rest is for feedback
 
 
@@ -158,6 +159,13 @@ class QuadrotorActuation(Actuation):
         self._rotors = rotors = site_thrusts(model, body)
         data = at_rest(model)
         mass, com, inertia = rigid_body(model, data, self._dof)
+        if model.dof_armature[self._dof : self._dof + 6].any():
+            raise SceneError(
+                f"the free joint of body {body!r} has armature: no rigid body moves like that; set it 0"
+            )
+        # What gravity, as the world applies it (flags, gravcomp), asks the rotors to hold up.
+        weight = (data.qfrc_bias - data.qfrc_passive)[self._dof : self._dof + 3]
+        gravity = -weight / mass
         rotation = data.xmat[self._id].reshape(3, 3)
         allocation = np.zeros((4, 4))
         for k, rotor in enumerate(rotors):
@@ -183,13 +191,18 @@ class QuadrotorActuation(Actuation):
         try:
             self.controller = QuadrotorController(
                 mass, inertia, allocation, (ranges[:, 0], ranges[:, 1]),
-                motor_lag=lags[0], gravity=model.opt.gravity, centre_of_mass=com,
+                motor_lag=lags[0], gravity=gravity, centre_of_mass=com,
                 heading=math.atan2(rotation[1, 0], rotation[0, 0]),
             )  # fmt: skip
         except HzmpError as error:
             raise SceneError(f"body {body!r} cannot be flown: {error}") from error
         self._hover = self.controller.hover
-        self.default_limits = Limits(*_QUADROTOR_LIMITS)
+        # The same tilt (a / g) and body rates (j / g) as measured, and half of the spare thrust.
+        fall = float(np.linalg.norm(gravity))
+        spare = float(allocation[0] @ ranges[:, 1]) / mass - fall
+        velocity, acceleration, jerk = _QUADROTOR_LIMITS
+        share = min(1.0, fall / _EARTH, 0.5 * spare / acceleration)
+        self.default_limits = Limits(velocity, share * acceleration, share * jerk)
 
     def state(self, data: mujoco.MjData) -> BodyState:
         q, v = self._qpos, self._dof

@@ -64,12 +64,12 @@ def fly(
     body = int(model.body(scene.body).id)
     states = np.empty((steps, model.nq + 7 + model.nu))
     clearance, nearest = np.empty(steps), np.empty(steps, dtype=np.int64)
-    collision = np.empty(steps, dtype=np.bool_)
+    contact = np.empty(steps, dtype=np.int64)
     goal = reference.positions[-1]
     rows, shown = 0, 0.0
     began = time.perf_counter()
     for k in range(steps):
-        clearance[k], nearest[k], collision[k] = audit.step()
+        clearance[k], nearest[k], contact[k] = audit.step()
         actuation.apply(data, *reference.at(k))
         states[k] = np.concatenate([data.qpos, data.xpos[body], data.xquat[body], data.ctrl])
         rows = k + 1
@@ -99,7 +99,7 @@ def fly(
         control=control,
         clearance=clearance[:rows],
         nearest=nearest[:rows],
-        collision=collision[:rows],
+        contact=contact[:rows],
     )
     return Flight(log, wall_time)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.planning import Plan, PlanStatus
+from hzmp_planners.planning import Plan, PlanStatus, Verification
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_tracking import Trajectory
@@ -31,6 +31,7 @@ def collect_metrics(
     scene: Scene,
     space: FreeSpace,
     plan: Plan,
+    verification: Verification,
     trajectory: Trajectory | None,
     log: FlightLog | None,
     *,
@@ -45,6 +46,7 @@ def collect_metrics(
     return {
         "status": _status(scene, plan, log, goal_tolerance),
         "collision_steps": 0 if log is None else int(log.collision.sum()),
+        "contacts": {} if log is None else _contacts(scene, log),
         "steps": 0 if log is None else len(log.time),
         "min_clearance_m": None if log is None else float(log.clearance.min()),
         "path_length_m": plan.cost if found else None,
@@ -64,11 +66,37 @@ def collect_metrics(
         "obstacles": len(scene.obstacles),
         "dimension": scene.n,
         "plan_status": plan.status.name.lower(),
+        "plan_verified": verification.ok,
+        "plan_residual_m": max(verification.residuals.values()),
         "body": scene.body,
         "seed": seed,
-        "warnings": list(scene.warnings),
+        "warnings": [*scene.warnings, *_flight_warnings(scene, log)],
         "versions": _versions(),
     }
+
+
+def _contacts(scene: Scene, log: FlightLog) -> dict[str, dict[str, float]]:
+    """For each geom that the body penetrated: in how many steps, and when first [s]."""
+    return {
+        scene.geom_name(int(geom)): {
+            "steps": int((log.contact == geom).sum()),
+            "first_s": float(log.time[log.contact == geom][0]),
+        }
+        for geom in dict.fromkeys(log.contact[log.collision].tolist())
+    }
+
+
+def _flight_warnings(scene: Scene, log: FlightLog | None) -> list[str]:
+    """What a flight that went well may still have got wrong."""
+    if log is None:
+        return []
+    error = float(log.tracking_error.max())
+    if error <= scene.clearance:
+        return []
+    return [
+        f"the body was up to {1e3 * error:.0f} mm off its reference, more than the clearance of "
+        f"{1e3 * scene.clearance:.0f} mm covers: lower the limits or raise the clearance"
+    ]
 
 
 def _status(scene: Scene, plan: Plan, log: FlightLog | None, goal_tolerance: float) -> str:

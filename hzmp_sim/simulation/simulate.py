@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hzmp_planners.planning import plan
+from hzmp_planners.planning import plan, verify
+from hzmp_sim.output.artifacts import check_directory
 from hzmp_sim.progress import busy, progress
 from hzmp_sim.run import Run
 from hzmp_sim.scene import Scene
@@ -47,6 +48,8 @@ def simulate(
         SceneError: the body has joints or actuators that no controller here can use.
         OutputError: the run directory cannot be written.
     """
+    if out is not None:
+        check_directory(out)  # before the work, not after it
     timings = {"scene": scene.reading_time}
     actuation = actuation_for(scene.model, scene.body)
     with _timed(timings, "decompose"), busy("Decomposing the free space"):
@@ -62,6 +65,8 @@ def simulate(
             gap=settings.gap,
             seed=settings.seed,
         )
+    with _timed(timings, "verify"), busy("Verifying the plan"):
+        verification = verify(path)
     trajectory: Trajectory | None = None
     flight: Flight | None = None
     if math.isfinite(path.cost):
@@ -81,6 +86,7 @@ def simulate(
             scene,
             space,
             path,
+            verification,
             trajectory,
             flight.log if flight else None,
             goal_tolerance=settings.goal_tolerance,

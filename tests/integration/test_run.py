@@ -123,10 +123,11 @@ def test_clearance_of_the_audit_is_the_least_of_all_pairs() -> None:
                 mujoco.mj_geomDistance(scene.model, data, mine, other, 100.0, None)
                 for mine in scene.body_geoms
             )
-            for other in scene.obstacle_geoms
+            for other in scene.contact_geoms
         ]
         assert run.log.clearance[row] == pytest.approx(min(distances), abs=1e-6)
-        assert distances[int(run.log.nearest[row])] == pytest.approx(min(distances), abs=1e-6)
+        nearest = scene.contact_geoms.index(int(run.log.nearest[row]))
+        assert distances[nearest] == pytest.approx(min(distances), abs=1e-6)
 
 
 @pytest.mark.render

@@ -55,8 +55,8 @@ def replay(scene: Scene, trajectory: Trajectory, seconds: float) -> FlightLog:
         reference=reference,
         control=np.column_stack([np.sin(time), np.cos(time)]),
         clearance=1.0 + np.cos(time),
-        nearest=np.arange(len(time)) % len(scene.obstacle_geoms),
-        collision=time > seconds / 2,
+        nearest=np.array(scene.obstacle_geoms)[np.arange(len(time)) % len(scene.obstacle_geoms)],
+        contact=np.where(time > seconds / 2, scene.obstacle_geoms[0], -1),
     )
 
 
@@ -74,6 +74,8 @@ def make_run(scene: Scene, seconds: float) -> Run:
         "tracking_error_max_m": 0.005,
         "trajectory_duration_s": trajectory.duration,
         "replan_latency_ms": {"median": None, "p99": None, "max": None},
+        "plan_verified": True,
+        "plan_residual_m": 1e-9,
         "timings_s": {"plan": 0.012345},
         "versions": {"mujoco": mujoco.__version__},
         "seed": 7,
@@ -108,5 +110,11 @@ def closed_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     space = scene.free_space()
     found = plan(space, scene.start, scene.goal)
     assert found.status is PlanStatus.INFEASIBLE
-    metrics = {"status": "infeasible", "timings_s": {}, "versions": {}}
+    metrics = {
+        "status": "infeasible",
+        "plan_verified": True,
+        "plan_residual_m": 0.0,
+        "timings_s": {},
+        "versions": {},
+    }
     return Run(scene, space, found, None, None, metrics)

@@ -108,9 +108,12 @@ def test_parquet_round_trip(yard_run: Run, tmp_path: Path) -> None:
     np.testing.assert_array_equal(table.column("qw").to_numpy(), log.quaternion[:, 0])
     np.testing.assert_array_equal(table.column("vy_m_s").to_numpy(), log.velocity[:, 1])
     np.testing.assert_allclose(table.column("tracking_error_m").to_numpy(), 0.005)
-    names = [yard_run.scene.geom_name(yard_run.scene.obstacle_geoms[i]) for i in log.nearest]
+    names = [yard_run.scene.geom_name(int(geom)) for geom in log.nearest]
     assert table.column("nearest_geom").to_pylist() == names
     assert table.column("collision").to_pylist() == log.collision.tolist()
+    hit = yard_run.scene.geom_name(yard_run.scene.obstacle_geoms[0])
+    contacts = [hit if row else None for row in log.collision]
+    assert table.column("contact_geom").to_pylist() == contacts
     assert "ctrl_1" in table.column_names
     assert table.schema.field("vx_m_s").metadata == {b"unit": b"m/s"}
     assert table.schema.field("clearance_m").metadata == {b"unit": b"m"}

@@ -150,7 +150,7 @@ def test_planar_body_does_not_see_the_floor_it_stands_on(tmp_path: Path) -> None
     for name in ("floor", "slab", "lamp"):
         assert roles[name].role == "beside"
         assert "heights 0 to 0.2 m" in roles[name].reason
-    assert {scene.geom_name(g) for g in scene.ground_geoms} == {"floor", "slab", "lamp"}
+    assert {scene.geom_name(g) for g in scene.beside_geoms} == {"floor", "slab", "lamp"}
     assert [scene.geom_name(g) for g in scene.obstacle_geoms] == ["wall"]
 
 

@@ -68,6 +68,7 @@ class MjModel:
     body_mocapid: _Ints
     body_parentid: _Ints
     body_weldid: _Ints
+    dof_armature: _Floats  # (nv,)
     dof_bodyid: _Ints
     dof_damping: _Floats  # (nv,)
     exclude_signature: _Ints

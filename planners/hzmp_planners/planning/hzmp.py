@@ -50,6 +50,8 @@ def plan(
         raise QueryError(f"time_limit must be positive [s], got {time_limit}")
     if not 0.0 <= gap < math.inf:
         raise QueryError(f"gap must be a finite ratio of at least 0, got {gap}")
+    if not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise QueryError(f"seed must be a whole number of at least 0, got {seed!r}")
     s, g = as_point(start, "start", space.n), as_point(goal, "goal", space.n)
     query = Query(s, g, _located(space, s, "start"), _located(space, g, "goal"))
     attempt = Attempt(space.graph, query, began=began, time_limit=time_limit, gap=gap)
