@@ -35,7 +35,8 @@ def run_summary(run: Run, directory: Path) -> str:
         )
     for name, contact in m["contacts"].items():
         lines.append(
-            f"contact   with {name} in {contact['steps']} steps, first at {contact['first_s']:.3f} s"
+            f"contact   with {name} in {contact['steps']} steps, "
+            f"first at {contact['first_s']:.3f} s"
         )
     lines += [f"warning   {text}" for text in m["warnings"] if text not in run.scene.warnings]
     if not m["plan_verified"]:

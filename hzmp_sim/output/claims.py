@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from hzmp_planners.planning import PlanStatus
-from hzmp_sim.output.summary import number, percent
+from hzmp_sim.output.headline import number, percent
 
 if TYPE_CHECKING:
     from hzmp_sim.run import Run

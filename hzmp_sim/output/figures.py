@@ -10,9 +10,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hzmp_sim.output import palette
+from hzmp_sim.output.headline import percent
 from hzmp_sim.output.path_figure import path_figure
 from hzmp_sim.output.style import WIDTH_IN, legend_above, plain, save
-from hzmp_sim.output.summary import percent
 
 if TYPE_CHECKING:
     from hzmp_sim.run import FlightLog, Run

@@ -24,7 +24,7 @@ def write_log(log: FlightLog, scene: Scene, path: Path) -> None:
 
     Columns: time_s; x_m y_m z_m; qw qx qy qz (wxyz); vx_m_s ...; reference_x_m ...;
     tracking_error_m; clearance_m (null without obstacles); nearest_geom and contact_geom (names,
-    null if none); collision; ctrl_0 ... in the units of the actuators. Column metadata holds the units.
+    null if none); collision; ctrl_0 ... in the units of the actuators. Units are in the metadata.
     """
     columns: dict[str, pa.Array] = {"time_s": pa.array(log.time)}
     columns |= _components(log.position, "xyz", "{}_m")

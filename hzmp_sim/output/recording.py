@@ -17,9 +17,9 @@ import rerun as rr
 from hzmp_sim.output import palette
 from hzmp_sim.output.blueprint import PLAN_TIME, SIM_TIME, blueprint
 from hzmp_sim.output.framing import workspace_box
+from hzmp_sim.output.headline import informed_times, summary_markdown
 from hzmp_sim.output.meshes import counter_clockwise, hull_triangles, polytope_outline
 from hzmp_sim.output.recorded_geoms import log_geoms
-from hzmp_sim.output.summary import informed_times, summary_markdown
 
 if TYPE_CHECKING:
     from hzmp_planners._arrays import Floats, Ints

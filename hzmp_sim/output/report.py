@@ -13,7 +13,7 @@ import matplotlib.image
 
 import hzmp_sim  # the module: its version is only there once it is fully imported
 from hzmp_sim.output.claims import claims
-from hzmp_sim.output.summary import Figure, headline_figures, number, percent, verdict
+from hzmp_sim.output.headline import Figure, headline_figures, number, percent, verdict
 from hzmp_sim.output.video import playback_speed
 
 if TYPE_CHECKING:

@@ -42,6 +42,8 @@ class Body:
     """Of the ball about its centre that holds it; of the upright cylinder when planar [m]."""
     heights: tuple[float, float]
     """Lowest and highest z of its geoms where it stands [m]."""
+    reach: tuple[Floats, Floats]
+    """Where the ranges of its slide joints let the centre go (lo, hi), each (3,) [m]."""
 
 
 def choose_body(model: mujoco.MjModel, name: str | None) -> str:
@@ -135,7 +137,23 @@ def read_body(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Body:
         radius = max(radius, reach(shape, centre[:2] if planar else centre))
         bottom, top = vertical_range(shape)
         low, high = min(low, bottom), max(high, top)
-    return Body(body, name, planar, centre, geoms, radius, (low, high))
+    span = _reach(model, data, body, centre)
+    return Body(body, name, planar, centre, geoms, radius, (low, high), span)
+
+
+def _reach(
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, centre: Floats
+) -> tuple[Floats, Floats]:
+    low, high = np.full(3, -np.inf), np.full(3, np.inf)
+    for joint in _joints(model, body):
+        direction = data.xaxis[joint]
+        axis = int(np.abs(direction).argmax())
+        slide = int(model.jnt_type[joint]) == _JOINT.mjJNT_SLIDE
+        if slide and model.jnt_limited[joint] and abs(direction[axis]) > 1.0 - 1e-9:
+            shift = model.jnt_range[joint] - model.qpos0[model.jnt_qposadr[joint]]
+            ends = sorted((centre[axis] + direction[axis] * shift).tolist())
+            low[axis], high[axis] = max(low[axis], ends[0]), min(high[axis], ends[1])
+    return low, high
 
 
 def qpos_at(model: mujoco.MjModel, data: mujoco.MjData, body: Body, centre: Floats) -> Floats:

@@ -108,6 +108,7 @@ def load_scene(
         body=moving.name,
         n=n,
         workspace=(frozen(space[0][:n].copy()), frozen(space[1][:n].copy())),
+        bounds=(frozen(bounds[0]), frozen(bounds[1])),
         start=frozen(centre[:n].copy()),
         goal=frozen(target[:n].copy()),
         radius=moving.radius,
@@ -169,7 +170,8 @@ def _check_heights(body: Body, begin: Endpoint, end: Endpoint, space: Bounds) ->
 
 
 def _centre_bounds(space: Bounds, body: Body, n: int) -> Bounds:
-    low, high = space[0][:n] + body.radius, space[1][:n] - body.radius
+    low = np.maximum(space[0][:n] + body.radius, body.reach[0][:n])
+    high = np.minimum(space[1][:n] - body.radius, body.reach[1][:n])
     if (low >= high).any():
         axis = int(np.argmax(low >= high))
         raise SceneError(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
@@ -61,7 +62,8 @@ def compile_spec(spec: mujoco.MjSpec, file: Path) -> tuple[mujoco.MjModel, mujoc
         SceneError: MuJoCo refuses the model.
     """
     try:
-        model = spec.compile()
+        with _mujoco_warnings():  # told once, by `written_world`
+            model = spec.compile()
     except (ValueError, mujoco.FatalError, OSError) as error:
         raise SceneError(f"{file}: {one_line(error)}") from error
     data = mujoco.MjData(model)
@@ -89,10 +91,11 @@ def written_world(spec: mujoco.MjSpec, file: Path) -> World:
     If the text does not compile, the model is that of the spec, with a warning.
     """
     with _mujoco_warnings() as notes:
-        return _written(spec, file, notes)
+        world = _written(spec, file)
+    return replace(world, warnings=(*world.warnings, *notes))
 
 
-def _written(spec: mujoco.MjSpec, file: Path, notes: list[str]) -> World:
+def _written(spec: mujoco.MjSpec, file: Path) -> World:
     model, data = compile_spec(spec, file)
     if any(_embed(mesh, model) for mesh in spec.meshes):
         model, data = compile_spec(spec, file)
@@ -101,10 +104,10 @@ def _written(spec: mujoco.MjSpec, file: Path, notes: list[str]) -> World:
         written = mujoco.MjModel.from_xml_string(text)
     except (ValueError, mujoco.FatalError) as error:
         warning = f"MuJoCo cannot read back the world it wrote: {one_line(error)}"
-        return World(model, data, text, (*notes, warning))
+        return World(model, data, text, (warning,))
     data = mujoco.MjData(written)
     mujoco.mj_kinematics(written, data)
-    return World(written, data, text, tuple(notes))
+    return World(written, data, text, ())
 
 
 def _embed(mesh: mujoco.MjsMesh, model: mujoco.MjModel) -> bool:
@@ -126,14 +129,24 @@ def _embed(mesh: mujoco.MjsMesh, model: mujoco.MjModel) -> bool:
 
 @contextmanager
 def _mujoco_warnings() -> Iterator[list[str]]:
-    """Collect MuJoCo's warnings, which it would print and log into the working folder."""
+    """Collect MuJoCo's warnings, which it would print, log into the working folder, or raise."""
     notes: list[str] = []
+
+    def note(text: str) -> None:
+        line = " ".join(text.split())
+        if line not in notes:
+            notes.append(line)
+
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: notes.append(" ".join(text.split())))
-    try:
-        yield notes
-    finally:
-        mujoco.set_mju_user_warning(before)
+    mujoco.set_mju_user_warning(note)
+    with warnings.catch_warnings(record=True) as raised:
+        warnings.simplefilter("always")
+        try:
+            yield notes
+        finally:
+            mujoco.set_mju_user_warning(before)
+            for warning in raised:
+                note(str(warning.message))
 
 
 def one_line(error: Exception) -> str:

@@ -151,7 +151,8 @@ def check_inside(label: str, point: Floats, bounds: Bounds) -> None:
     if (point < low - 1e-9).any() or (point > high + 1e-9).any():
         raise QueryError(
             f"{label} {_text(point)} is outside the workspace: the body's centre may be from "
-            f"{_text(low)} to {_text(high)} (workspace shrunk by the body's radius)"
+            f"{_text(low)} to {_text(high)} (workspace shrunk by the body's radius, and the ranges "
+            "of its slide joints)"
         )
 
 

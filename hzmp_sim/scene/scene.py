@@ -56,6 +56,9 @@ class Scene:
     """2 for a planar body, else 3."""
     workspace: tuple[Floats, Floats]
     """Bounds of the whole body (lo, hi), each (n,) [m]."""
+    bounds: tuple[Floats, Floats]
+    """Box of the centre (lo, hi), each (n,) [m]: the workspace shrunk by the radius, within the
+    ranges of slide joints."""
     start: Floats
     """Position of the centre, (n,) [m]."""
     goal: Floats
@@ -92,11 +95,6 @@ class Scene:
     def beside_geoms(self) -> tuple[int, ...]:
         """Those of them beside the heights that a planar body moves in: floor, lintel, lamp."""
         return tuple(report.geom for report in self.geoms if report.role == "beside")
-
-    @property
-    def bounds(self) -> tuple[Floats, Floats]:
-        """Box of the centre: the workspace shrunk by the radius (lo, hi), each (n,) [m]."""
-        return self.workspace[0] + self.radius, self.workspace[1] - self.radius
 
     def free_space(self) -> FreeSpace:
         """Exact convex decomposition of the free space of the body's centre."""

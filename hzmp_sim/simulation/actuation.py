@@ -161,7 +161,8 @@ class QuadrotorActuation(Actuation):
         mass, com, inertia = rigid_body(model, data, self._dof)
         if model.dof_armature[self._dof : self._dof + 6].any():
             raise SceneError(
-                f"the free joint of body {body!r} has armature: no rigid body moves like that; set it 0"
+                f"the free joint of body {body!r} has armature, with which no rigid body moves: "
+                "set it to 0"
             )
         # What gravity, as the world applies it (flags, gravcomp), asks the rotors to hold up.
         weight = (data.qfrc_bias - data.qfrc_passive)[self._dof : self._dof + 3]

@@ -8,7 +8,7 @@ from hzmp_tracking.controllers import (
     Reference,
 )
 from hzmp_tracking.limits import Limits
-from hzmp_tracking.time_parameterize import time_parameterize
+from hzmp_tracking.timing import time_parameterize
 from hzmp_tracking.trajectory import Sample, Trajectory
 
 __all__ = [

@@ -90,8 +90,10 @@ class MjModel:
     jnt_axis: _Floats  # (njnt, 3)
     jnt_bodyid: _Ints
     jnt_dofadr: _Ints
+    jnt_limited: _Ints
     jnt_pos: _Floats  # (njnt, 3)
     jnt_qposadr: _Ints
+    jnt_range: _Floats  # (njnt, 2)
     jnt_type: _Ints
     mat_rgba: NDArray[np.float32]  # (nmat, 4)
     mesh_face: _Ints  # (nmeshface, 3)

@@ -12,8 +12,8 @@ from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.free_space import LeafGraph
 from hzmp_planners.planning.certificate import Certificate
 from hzmp_planners.planning.detour import least_detour
-from hzmp_planners.planning.plan import path_length
 from hzmp_planners.planning.refine import refine
+from hzmp_planners.planning.result import path_length
 from hzmp_planners.planning.roadmap import FaceSequence, Query, leaf_route
 
 

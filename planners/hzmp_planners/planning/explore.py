@@ -10,8 +10,8 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_planners.planning.attempt import Attempt
 from hzmp_planners.planning.detour import least_detour
-from hzmp_planners.planning.plan import path_length
 from hzmp_planners.planning.refine import rank_together
+from hzmp_planners.planning.result import path_length
 from hzmp_planners.planning.roadmap import FaceSequence, sample_faces, search_sequences
 
 _ROUNDS = 12

@@ -17,7 +17,7 @@ from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.planning.certificate import SOURCE, TARGET, Certificate, CrossingGraph
 from hzmp_planners.planning.crossings import split_nodes, three_leg_bounds
 from hzmp_planners.planning.detour import least_detour
-from hzmp_planners.planning.plan import Plan
+from hzmp_planners.planning.result import Plan
 
 _SAFE = 1.0 - 1e-9
 """Pruning is checked against thresholds this much lower, so that the two ways of summing the same

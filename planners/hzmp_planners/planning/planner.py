@@ -14,8 +14,8 @@ from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.attempt import Attempt, Route
 from hzmp_planners.planning.detour import bottleneck_bound
 from hzmp_planners.planning.explore import explore
-from hzmp_planners.planning.plan import Plan, PlanStatus
 from hzmp_planners.planning.prove import prove
+from hzmp_planners.planning.result import Plan, PlanStatus
 from hzmp_planners.planning.roadmap import Query
 
 
