@@ -117,14 +117,25 @@ def _bends(vias: Vias, k: int) -> bool:
 
 def _moving(
     vias: Vias, limits: Limits, velocity: Floats, acceleration: Floats, cells: Sequence[Polytope]
-) -> list[Pieces]:
-    """Come to rest at one of the next vias, or anywhere as fast as possible; then at each via."""
+) -> list[Pieces | None]:
+    """Come to rest at one of the next vias, or anywhere as fast as possible; then go on from there.
+
+    Going on is resting at each via, and from the first via that can be reached inside the cells, a
+    spline.
+    """
     points, K = vias.points, len(cells)
-    candidates = []
+    candidates: list[Pieces | None] = []
+    rested = np.zeros(points.shape[1])
+    reached = False
     for k in range(1, min(K, _FIRST_STOPS) + 1):
         first = from_state(points[0], velocity, acceleration, points[k], limits, (0, k))
         rest = [polyline(points, range(k, K + 1), limits)] if k < K else []
-        candidates.append(Pieces.join([first, *rest]))
+        stopping = Pieces.join([first, *rest])
+        candidates.append(stopping)
+        if k < K and not reached and _proved(stopping, cells, vias, limits).containment <= 0.0:
+            reached = True
+            on = _splines(vias.part(k, K), cells[k:], limits, rested, rested)
+            candidates.append(on and Pieces.join([first, on.moved(k)]))
     stop = from_state(points[0], velocity, acceleration, None, limits, (0, K))
     cell = int(np.argmin([float(c.violation(stop.end[None])[0]) for c in cells]))
     on = straight(stop.end, points[cell + 1], limits, (cell, cell + 1))
