@@ -116,7 +116,7 @@ def _bends(vias: Vias, k: int) -> bool:
 
 
 def _moving(
-    vias: Vias, limits: Limits, velocity: Floats, acceleration: Floats, cells: Sequence[Polytope]
+    vias: Vias, limits: Limits, velocity: Floats, acceleration: Floats, cells: tuple[Polytope, ...]
 ) -> list[Pieces | None]:
     """Come to rest at one of the next vias, or anywhere as fast as possible; then go on from there.
 
