@@ -65,6 +65,7 @@ def plan(
         leaves=frozen(route.leaves if route else np.zeros(0, dtype=np.int64)),
         cost=attempt.cost,
         lower_bound=attempt.bound,
+        asked_gap=gap,
         history=tuple(attempt.history),
         samples=frozen(samples),
         space=space,

@@ -41,6 +41,8 @@ class Plan:
     """Length of the path [m]; inf without a path."""
     lower_bound: float
     """No path is shorter [m]; inf when infeasibility is proved."""
+    asked_gap: float
+    """Gap at which planning was to stop; OPTIMAL means that it is reached."""
     history: tuple[tuple[float, float, float], ...]
     """(time since the call [s], cost, lower bound) each time one of them improved."""
     samples: Floats

@@ -25,7 +25,8 @@ class Verification:
 
     residuals: dict[str, float]
     """`endpoints`, `path_outside_leaves`, `length`, `leaf_inside_obstacle`; `bound_excess`: how far
-    the claimed bound exceeds the recomputed one; `uncovered`: how far outside of all obstacles a
+    the claimed bound exceeds the recomputed one; `gap_excess`: how much longer an OPTIMAL path is
+    than its bound and the asked gap allow; `uncovered`: how far outside of all obstacles a
     sampled point is that is in no leaf; for an infeasible plan `missed_face`: width of a face that
     would connect what the plan calls separate, or overlap of a leaf with an obstacle, inf when the
     plan has a path after all."""
@@ -65,6 +66,8 @@ def verify(plan: Plan) -> Verification:
         "bound_excess": plan.lower_bound - certified_bound(plan),
         "uncovered": _uncovered(space),
     }
+    if plan.status is PlanStatus.OPTIMAL:
+        residuals["gap_excess"] = plan.cost - plan.lower_bound * (1.0 + plan.asked_gap)
     if plan.status is not PlanStatus.TIME_LIMIT or len(plan.waypoints) or math.isfinite(plan.cost):
         residuals |= _path_residuals(plan)
     # What cannot be computed proves nothing.
