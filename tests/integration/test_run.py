@@ -182,12 +182,14 @@ def test_closed_room_is_proved_infeasible(closed: str, tmp_path: Path) -> None:
         (("--bogus",), ("--bogus",)),
         (("--seed", "x"), ("seed", "int")),
         (("--clearance", "-0.1"), ("clearance",)),
+        (("--out", "pyproject.toml"), ("pyproject.toml", "file")),
     ],
 )
 def test_bad_input_is_one_clear_line(
     closed: str, tmp_path: Path, arguments: tuple[str, ...], names: tuple[str, ...]
 ) -> None:
-    done = command("run", closed, *arguments, "--out", str(tmp_path / "run"))
+    where = () if "--out" in arguments else ("--out", str(tmp_path / "run"))
+    done = command("run", closed, *arguments, *where)
     assert done.returncode == 2
     assert done.stdout == ""
     assert len(done.stderr.splitlines()) == 1, done.stderr
@@ -224,6 +226,103 @@ def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def load(tmp_path: Path, world: str, body: str | None = None) -> hz.Scene:
+    path = tmp_path / "world.xml"
+    path.write_text(world)
+    return hz.load_scene(path, body=body)
+
+
+OPEN = """
+<mujoco>
+  {options}
+  <custom><numeric name="workspace" data="-3 -3 0  3 3 2.5"/></custom>
+  <worldbody>
+    {geoms}
+    <geom name="pillar" type="cylinder" pos="0 2 1" size="0.2 1"/>
+    <site name="start" pos="-2 {y} 1"/> <site name="goal" pos="2 {y} 1"/>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_clearance_counts_what_lies_outside_the_workspace(tmp_path: Path) -> None:
+    wall = '<geom name="wall" type="box" size="4 0.1 1" pos="0 -3.16 1"/>'
+    scene = load(tmp_path, OPEN.format(options="", geoms=wall, y=-2.9), "point")
+    assert "wall" not in {scene.geom_name(geom) for geom in scene.obstacle_geoms}
+    run = hz.simulate(scene)
+    assert run.log is not None
+    assert run.metrics["min_clearance_m"] == pytest.approx(0.06, abs=1e-3)
+    assert {scene.geom_name(int(geom)) for geom in run.log.nearest} == {"wall"}
+
+
+def test_ground_is_no_obstacle_but_a_lintel_counts_as_clearance(tmp_path: Path) -> None:
+    world = """
+    <mujoco>
+      <custom><numeric name="workspace" data="-3 -3 0  3 3 2"/></custom>
+      <worldbody>
+        <geom name="floor" type="plane" size="9 9 0.1"/>
+        <geom name="lintel" type="box" pos="0 0 0.75" size="0.3 3 0.05"/>
+        <body name="cart" pos="-2 0 0.25">
+          <joint name="x" type="slide" axis="1 0 0" limited="true" range="-0.5 3.9"/>
+          <joint name="y" type="slide" axis="0 1 0"/>
+          <geom type="box" size="0.2 0.2 0.25" mass="2"/>
+        </body>
+        <site name="goal" pos="1.8 0 0.25"/>
+      </worldbody>
+      <actuator>
+        <motor joint="x" ctrlrange="-20 20" gear="2"/> <motor joint="y" ctrlrange="-20 20"/>
+      </actuator>
+    </mujoco>
+    """
+    run = hz.simulate(load(tmp_path, world))
+    assert run.metrics["status"] == "goal_reached"
+    assert run.metrics["min_clearance_m"] == pytest.approx(0.2, abs=1e-3)
+    with pytest.raises(hz.QueryError, match=r"goal \(2, 0\) is outside .* slide joints"):
+        load(tmp_path, world.replace("1.8 0 0.25", "2.0 0 0.25"))
+
+
+@pytest.mark.parametrize(
+    "options", ['<option gravity="0 0 -3.7"/>', '<option gravity="0 0 -15"/>', ""]
+)
+def test_quadrotor_flies_in_the_gravity_of_the_world(tmp_path: Path, options: str) -> None:
+    run = hz.simulate(load(tmp_path, OPEN.format(options=options, geoms="", y=0), "quadrotor"))
+    assert run.metrics["status"] == "goal_reached"
+    assert run.metrics["tracking_error_max_m"] < 0.02
+
+
+@pytest.mark.parametrize(
+    "options", ['<option><flag gravity="disable"/></option>', '<option gravity="0 0 0"/>']
+)
+def test_quadrotor_without_gravity_is_refused(tmp_path: Path, options: str) -> None:
+    with pytest.raises(hz.SceneError, match="needs gravity"):
+        hz.simulate(load(tmp_path, OPEN.format(options=options, geoms="", y=0), "quadrotor"))
+
+
+def test_a_flight_beyond_its_clearance_is_warned_of(tmp_path: Path) -> None:
+    scene = dataclasses.replace(
+        load(tmp_path, OPEN.format(options="", geoms="", y=0), "quadrotor"), clearance=1e-3
+    )
+    run = hz.simulate(scene, settings=hz.RunSettings(velocity=2.0, acceleration=4.0, jerk=15.0))
+    assert run.metrics["tracking_error_max_m"] > 1e-3
+    assert any("off its reference" in text for text in run.metrics["warnings"])
+
+
+def test_contacts_are_named(tmp_path: Path) -> None:
+    scene = load(tmp_path, OPEN.format(options="", geoms="", y=2), "point")
+    run = hz.simulate(dataclasses.replace(scene, obstacles=(), obstacle_geoms=()))
+    assert run.metrics["status"] == "collision"
+    assert run.metrics["contacts"].keys() == {"pillar"}
+    hit = run.metrics["contacts"]["pillar"]
+    assert hit["steps"] == run.metrics["collision_steps"]
+    assert 0.0 < hit["first_s"] < run.metrics["trajectory_duration_s"]
+
+
+def test_staying_where_it_is_is_a_flight_too(tmp_path: Path) -> None:
+    arguments = ("--start", "1", "1", "--goal", "1", "1", "--no-video")
+    done = command("run", "maze", *arguments, "--out", str(tmp_path / "run"))
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_inspect_and_plan_as_json() -> None:
     scene = json.loads(command("inspect", "maze", "--body", "point", "--json").stdout)
     assert scene["leaves"] > 0
@@ -234,3 +333,6 @@ def test_inspect_and_plan_as_json() -> None:
     assert plan["verified"]
     assert plan["lower_bound_m"] <= plan["cost_m"]
     assert plan["waypoints"][0] == plan["start"]
+    wrong = command("plan", "maze", "--seed", "-1")
+    assert wrong.returncode == 2
+    assert len(wrong.stderr.splitlines()) == 1
