@@ -14,7 +14,13 @@ from scipy.sparse import csc_array
 
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._clarabel import Cone, second_order_cones, solve_socp
-from hzmp_planners.planning.certificate import TARGET, Certificate, CrossingGraph, Cuts
+from hzmp_planners.planning.certificate import (
+    SOURCE,
+    TARGET,
+    Certificate,
+    CrossingGraph,
+    Cuts,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,63 +62,26 @@ def solve_relaxation(
     count = len(pairs)
     scale = max(float(np.ptp(corners.reshape(-1, n), axis=0).max()), 1e-9)
     charts = _affine_charts(corners / scale)
-    dof = charts.shape[2]
-    # Columns: potential coefficients of every node, then (u, t) of every pair. phi(start) = 0 is
-    # fixed by leaving its columns out of the rows; goal's slopes meet a single vertex only.
-    first_pair = nodes * dof
-    width = first_pair + count * (n + 1)
-    middle = corners.mean(axis=1) / scale
-    rows: list[Ints] = []
-    columns: list[Ints] = []
-    values: list[Floats] = []
-    # Rows of a pair: k of phi_j(z) - u.(z - m) - t <= 0, k of u.(x - m) - phi_i(x) + t <= 0,
-    # with m the middle of face i; then the cone |u| <= 1.
-    e, c, a = np.meshgrid(np.arange(count), np.arange(k), np.arange(n), indexing="ij")
-    origin = middle[pairs[:, 0]][e, a]
-    pair_column = first_pair + e * (n + 1) + a
-    for part, sign in ((1, -1.0), (0, 1.0)):
-        node = pairs[:, part]
-        row = e * (2 * k) + (0 if part else k) + c
-        rows.append(row.ravel())
-        columns.append(pair_column.ravel())
-        values.append((sign * (corners[node][e, c, a] / scale - origin)).ravel())
-        rows.append(row[:, :, 0].ravel())
-        columns.append((first_pair + e[:, :, 0] * (n + 1) + n).ravel())
-        values.append(np.full(count * k, sign))
-        ee, cc, dd = np.meshgrid(np.arange(count), np.arange(k), np.arange(dof), indexing="ij")
-        phi = charts[node][ee, cc, dd] * np.where(node[ee] == 0, 0.0, 1.0)
-        rows.append((ee * (2 * k) + (0 if part else k) + cc).ravel())
-        columns.append((node[ee] * dof + dd).ravel())
-        values.append((-sign * phi).ravel())
-    top = count * 2 * k
-    axis_rows = top + np.arange(count)[:, None] * (n + 1) + 1 + np.arange(n)
-    axis_columns = first_pair + np.arange(count)[:, None] * (n + 1) + np.arange(n)
-    rows.append(axis_rows.ravel())
-    columns.append(axis_columns.ravel())
-    values.append(-np.ones(count * n))
-    height = top + count * (n + 1)
-    b = np.zeros(height)
+    e, part, c = _vertex_rows(graph)
+    A, top = _constraints(corners / scale, charts, pairs, (e, part, c)), len(e)
+    b = np.zeros(A.shape[0])
     b[top :: n + 1] = 1.0
-    data = np.concatenate(values)
-    kept = data != 0.0
-    entries = np.concatenate(rows)[kept], np.concatenate(columns)[kept]
-    A = csc_array((data[kept], entries), shape=(height, width), dtype=np.float64)
-    cost = np.zeros(width)
-    cost[TARGET * dof] = -1.0
+    cost = np.zeros(A.shape[1])
+    cost[TARGET * n] = -1.0
     used = np.diff(A.indptr) > 0
     cones: list[Cone] = [("nonnegative", top), *second_order_cones(n + 1, count)]
     solution = solve_socp(cost[used], csc_array(A[:, used]), b, cones, time_limit)
     if not (np.isfinite(solution.x).all() and np.isfinite(solution.z).all()):
         return None
-    x = np.zeros(width)
+    x = np.zeros(A.shape[1])
     x[used] = solution.x
-    coefficients = x[:first_pair].reshape(nodes, dof)
-    coefficients[0] = 0.0
+    coefficients = x[: nodes * n].reshape(nodes, n)
     potentials = np.einsum("mkd,md->mk", charts, coefficients) * scale
-    u = x[first_pair:].reshape(count, n + 1)[:, :n]
+    u = x[nodes * n :].reshape(count, n + 1)[:, :n]
     u = u / np.maximum(1.0, np.linalg.norm(u, axis=1, keepdims=True))
-    weights = np.maximum(solution.z[:top], 0.0).reshape(count, 2, k)
-    ahead, behind = weights[:, 0], weights[:, 1]
+    weights = np.zeros((count, 2, k))
+    weights[e, part, c] = np.maximum(solution.z[:top], 0.0)
+    behind, ahead = weights[:, 0], weights[:, 1]
     return Relaxation(
         Certificate(graph, potentials, u, threshold, parent, cuts or {}),
         np.clip(ahead.sum(axis=1), 0.0, 1.0),
@@ -120,6 +89,49 @@ def solve_relaxation(
         _average(corners[pairs[:, 1]], ahead),
         solution.solved,
     )
+
+
+def _vertex_rows(graph: CrossingGraph) -> tuple[Ints, Ints, Ints]:
+    """Pair, part (0 tail, 1 head) and corner of each row: every corner once, padding left out."""
+    corners = graph.corners
+    real = np.ones(corners.shape[:2], dtype=np.bool_)
+    real[:, 1:] = (corners[:, 1:] != corners[:, :-1]).any(axis=2)
+    parts = [np.nonzero(real[graph.pairs[:, part]]) for part in (0, 1)]
+    part = np.repeat([0, 1], [len(pair) for pair, _ in parts])
+    pair, corner = (np.concatenate([rows[i] for rows in parts]) for i in (0, 1))
+    return pair, part, corner
+
+
+def _constraints(
+    corners: Floats, charts: Floats, pairs: Ints, vertex_rows: tuple[Ints, Ints, Ints]
+) -> csc_array[np.float64]:
+    """Rows that bound the potentials at corners, then the cones |u| <= 1.
+
+    Columns: n potential coefficients of every node, then (u, t) of every pair. With m the middle of
+    the tail's face, a corner z of the head gives phi_j(z) - u.(z - m) - t <= 0, a corner x of the
+    tail u.(x - m) - phi_i(x) + t <= 0. phi(start) = 0 has no coefficients.
+    """
+    _nodes, _, n = corners.shape
+    count, first_pair = len(pairs), len(corners) * n
+    e, part, c = vertex_rows
+    row, axis = np.arange(len(e)), np.arange(n)
+    node = pairs[e, part]
+    sign = np.where(part == 0, 1.0, -1.0)[:, None]
+    middle = corners.mean(axis=1)[pairs[e, 0]]
+    pair_columns = first_pair + e[:, None] * (n + 1) + np.arange(n + 1)
+    u_and_t = np.hstack([corners[node, c] - middle, np.ones((len(e), 1))])
+    phi = charts[node, c] * (node != SOURCE)[:, None]
+    cone = np.arange(count)[:, None] * (n + 1)
+    triplets = [
+        (np.broadcast_to(row[:, None], pair_columns.shape), pair_columns, sign * u_and_t),
+        (np.broadcast_to(row[:, None], phi.shape), node[:, None] * n + axis, -sign * phi),
+        (len(e) + cone + 1 + axis, first_pair + cone + axis, -np.ones((count, n))),
+    ]
+    rows, columns, values = (np.concatenate([t[i].ravel() for t in triplets]) for i in range(3))
+    kept = values != 0.0
+    shape = (len(e) + count * (n + 1), first_pair + count * (n + 1))
+    entries = rows[kept].astype(np.int64), columns[kept].astype(np.int64)
+    return csc_array((values[kept], entries), shape=shape, dtype=np.float64)
 
 
 def _affine_charts(corners: Floats) -> Floats:
