@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,6 +10,7 @@ import mujoco
 import numpy as np
 
 from hzmp_planners.errors import SceneError
+from hzmp_sim.mujoco_warnings import mujoco_warnings
 from hzmp_sim.worlds import world_names, world_path
 
 
@@ -40,7 +38,7 @@ def read_spec(file: Path) -> mujoco.MjSpec:
     Raises:
         SceneError: the file cannot be read or parsed.
     """
-    with _mujoco_warnings() as notes:
+    with mujoco_warnings() as notes:
         try:
             spec = mujoco.MjSpec.from_file(str(file))
         except (ValueError, mujoco.FatalError, OSError, UnicodeError) as error:
@@ -62,7 +60,7 @@ def compile_spec(spec: mujoco.MjSpec, file: Path) -> tuple[mujoco.MjModel, mujoc
         SceneError: MuJoCo refuses the model.
     """
     try:
-        with _mujoco_warnings():  # told once, by `written_world`
+        with mujoco_warnings():  # told once, by `written_world`
             model = spec.compile()
     except (ValueError, mujoco.FatalError, OSError) as error:
         raise SceneError(f"{file}: {one_line(error)}") from error
@@ -90,7 +88,7 @@ def written_world(spec: mujoco.MjSpec, file: Path) -> World:
     coordinates, which MJCF text cannot hold: those stay files, by absolute path.
     If the text does not compile, the model is that of the spec, with a warning.
     """
-    with _mujoco_warnings() as notes:
+    with mujoco_warnings() as notes:
         world = _written(spec, file)
     return replace(world, warnings=(*world.warnings, *notes))
 
@@ -125,28 +123,6 @@ def _embed(mesh: mujoco.MjsMesh, model: mujoco.MjModel) -> bool:
     mesh.userface = np.array(model.mesh_face[first : first + faces]).ravel()
     mesh.file, mesh.scale, mesh.refpos, mesh.refquat = "", [1, 1, 1], [0, 0, 0], [1, 0, 0, 0]
     return True
-
-
-@contextmanager
-def _mujoco_warnings() -> Iterator[list[str]]:
-    """Collect MuJoCo's warnings, which it would print, log into the working folder, or raise."""
-    notes: list[str] = []
-
-    def note(text: str) -> None:
-        line = " ".join(text.split())
-        if line not in notes:
-            notes.append(line)
-
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(note)
-    with warnings.catch_warnings(record=True) as raised:
-        warnings.simplefilter("always")
-        try:
-            yield notes
-        finally:
-            mujoco.set_mju_user_warning(before)
-            for warning in raised:
-                note(str(warning.message))
 
 
 def one_line(error: Exception) -> str:

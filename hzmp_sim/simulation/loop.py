@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from hzmp_planners._arrays import Floats
+from hzmp_sim.mujoco_warnings import mujoco_warnings
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_sim.simulation.actuation import Actuation
@@ -26,6 +27,8 @@ class Flight:
     log: FlightLog
     wall_time: float
     """[s]"""
+    warnings: tuple[str, ...]
+    """What MuJoCo warned of, such as an unstable simulation."""
 
 
 def fly(
@@ -50,6 +53,19 @@ def fly(
         settle_time: likewise [s].
         advance: told the simulated time that has passed [s].
     """
+    with mujoco_warnings() as notes:
+        log, wall_time = _flown(scene, trajectory, actuation, goal_tolerance, settle_time, advance)
+    return Flight(log, wall_time, tuple(notes))
+
+
+def _flown(
+    scene: Scene,
+    trajectory: Trajectory,
+    actuation: Actuation,
+    goal_tolerance: float,
+    settle_time: float,
+    advance: Callable[[float], None],
+) -> tuple[FlightLog, float]:
     model = scene.model
     data = mujoco.MjData(model)
     data.qpos[:] = scene.initial_qpos
@@ -101,7 +117,7 @@ def fly(
         nearest=nearest[:rows],
         contact=contact[:rows],
     )
-    return Flight(log, wall_time)
+    return log, wall_time
 
 
 class _Reference:

@@ -39,8 +39,12 @@ def collect_metrics(
     seed: int,
     simulated_per_wall: float | None,
     timings: dict[str, float],
+    notes: tuple[str, ...] = (),
 ) -> dict[str, Any]:
-    """The metrics of a run; what a run without flight does not have is None."""
+    """The metrics of a run; what a run without flight does not have is None.
+
+    `notes` are warnings of the flight that the log does not show.
+    """
     error = None if log is None else log.tracking_error
     found = math.isfinite(plan.cost)
     return {
@@ -70,7 +74,7 @@ def collect_metrics(
         "plan_residual_m": max(verification.residuals.values()),
         "body": scene.body,
         "seed": seed,
-        "warnings": [*scene.warnings, *_flight_warnings(scene, log)],
+        "warnings": [*scene.warnings, *notes, *_flight_warnings(scene, log)],
         "versions": _versions(),
     }
 

@@ -93,6 +93,7 @@ def simulate(
             seed=settings.seed,
             simulated_per_wall=_speed(flight),
             timings=timings,
+            notes=flight.warnings if flight else (),
         ),
     )
     if out is not None:

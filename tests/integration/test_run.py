@@ -11,6 +11,7 @@ import sys
 import time
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
@@ -109,8 +110,6 @@ def test_audit_sees_what_the_planner_was_not_told() -> None:
 
 def test_clearance_of_the_audit_is_the_least_of_all_pairs() -> None:
     """The audit measures few pairs a step; a brute-force minimum must agree at every step."""
-    import mujoco
-
     scene = hz.load_scene(str(DATA / "all_geoms.xml"), body="quadrotor")
     run = hz.simulate(scene)
     assert run.log is not None
@@ -336,3 +335,26 @@ def test_inspect_and_plan_as_json() -> None:
     wrong = command("plan", "maze", "--seed", "-1")
     assert wrong.returncode == 2
     assert len(wrong.stderr.splitlines()) == 1
+
+
+def test_a_flight_that_blows_up_ends_with_data_and_a_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from hzmp_sim.simulation import actuation
+
+    gentle = actuation.SlideActuation.apply
+
+    def push(self: actuation.SlideActuation, data: mujoco.MjData, *reference: list[float]) -> None:
+        gentle(self, data, *reference)
+        if data.time > 0.5:
+            data.qfrc_applied[:] = 1e12
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(actuation.SlideActuation, "apply", push)
+    run = hz.simulate(hz.load_scene("enclosure", body="point"))
+    assert run.log is not None
+    assert 0.4 < run.log.time[-1] < 0.6
+    assert np.isfinite(run.log.qpos).all()
+    assert run.metrics["status"] in ("goal_not_reached", "collision")
+    assert any("unstable" in text for text in run.metrics["warnings"])
+    assert not list(tmp_path.iterdir())  # MuJoCo's own log file would be here

@@ -32,6 +32,7 @@ class MjData:
     geom_xpos: _Floats  # (ngeom, 3)
     mocap_pos: _Floats  # (nmocap, 3)
     ncon: int
+    qfrc_applied: _Floats  # (nv,)
     qfrc_bias: _Floats  # (nv,)
     qfrc_passive: _Floats  # (nv,)
     qpos: _Floats  # (nq,)
