@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from hzmp_planners._polygons import clip_polygon
 from hzmp_planners.sets import Polytope
 
 if TYPE_CHECKING:
@@ -94,24 +95,12 @@ def plane_in_box(point: Floats, normal: Floats, lo: Floats, hi: Floats) -> Float
     centre = (lo + hi) / 2
     middle = centre - normal * float(normal @ (centre - point))
     size = float(np.linalg.norm(hi - lo))
-    corners = [middle + size * (a * u + b * v) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+    turns = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
+    corners: Floats = middle + size * (turns @ np.array([u, v]))
     for axis in range(3):
         for sign, limit in ((1.0, hi[axis]), (-1.0, -lo[axis])):
-            depth = [limit - sign * corner[axis] + 1e-9 * size for corner in corners]
-            corners = _clip(corners, depth)
-    return np.array(corners).reshape(-1, 3)
-
-
-def _clip(corners: list[Floats], depth: list[float]) -> list[Floats]:
-    """The part of a convex polygon with depth >= 0 (Sutherland and Hodgman 1974)."""
-    kept: list[Floats] = []
-    for i, (corner, here) in enumerate(zip(corners, depth, strict=True)):
-        before, there = corners[i - 1], depth[i - 1]
-        if (here < 0.0) != (there < 0.0):
-            kept.append(before + there / (there - here) * (corner - before))
-        if here >= 0.0:
-            kept.append(corner)
-    return kept
+            corners = clip_polygon(corners, sign * corners[:, axis] - limit - 1e-9 * size)
+    return corners
 
 
 def geom_points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats | None:

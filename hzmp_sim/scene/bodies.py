@@ -112,7 +112,7 @@ def read_body(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Body:
     """
     body = model.body(name).id
     planar = _is_planar(model, data, body)
-    subtree = [b for b in range(model.nbody) if _descends(model, b, body)]
+    subtree = [b for b in range(model.nbody) if descends(model, b, body)]
     inner = [b for b in subtree if b != body and model.body_jntnum[b]]
     if inner:
         raise SceneError(
@@ -218,7 +218,8 @@ def _axis(model: mujoco.MjModel, data: mujoco.MjData, body: int, joint: int) -> 
     return np.asarray(np.array(data.xmat[body]).reshape(3, 3) @ model.jnt_axis[joint])
 
 
-def _descends(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
+def descends(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
+    """Whether `body` is `ancestor` or hangs from it."""
     while body > ancestor:  # parents come before their children
         body = int(model.body_parentid[body])
     return body == ancestor

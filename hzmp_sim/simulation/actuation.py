@@ -14,11 +14,11 @@ import mujoco
 import numpy as np
 
 from hzmp_planners.errors import HzmpError, SceneError
+from hzmp_sim.scene.bodies import descends
 from hzmp_sim.simulation.actuators import (
     VALID_BODIES,
     at_rest,
     control_range,
-    is_below,
     lag,
     mass_matrix,
     rigid_body,
@@ -92,7 +92,7 @@ def actuation_for(model: mujoco.MjModel, body: str) -> Actuation:
         raise SceneError(f"the model has no body {body!r}")
     first, count = int(model.body_jntadr[index]), int(model.body_jntnum[index])
     kinds = [int(kind) for kind in model.jnt_type[first : first + count]] if count else []
-    inside = [b for b in range(model.nbody) if is_below(model, b, index)]
+    inside = [b for b in range(model.nbody) if descends(model, b, index)]
     if sum(int(model.body_dofnum[b]) for b in inside) > int(model.body_dofnum[index]):
         raise SceneError(f"body {body!r} carries moving parts: joints below it have no controller")
     if kinds and all(kind == mujoco.mjtJoint.mjJNT_SLIDE for kind in kinds):

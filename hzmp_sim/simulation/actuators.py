@@ -9,18 +9,12 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
+from hzmp_sim.scene.bodies import descends
 
 VALID_BODIES = (
     "valid are slide joints along world axes with one motor each, or a free joint with four "
     "site thrusts along the body's z axis"
 )
-
-
-def is_below(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
-    """Whether `body` is `ancestor` or hangs from it."""
-    while body > ancestor:
-        body = int(model.body_parentid[body])
-    return body == ancestor
 
 
 def at_rest(model: mujoco.MjModel) -> mujoco.MjData:
@@ -85,7 +79,7 @@ def site_thrusts(model: mujoco.MjModel, body: str) -> list[int]:
         k
         for k in range(model.nu)
         if int(model.actuator_trntype[k]) == site_kind
-        and is_below(model, int(model.site_bodyid[model.actuator_trnid[k, 0]]), index)
+        and descends(model, int(model.site_bodyid[model.actuator_trnid[k, 0]]), index)
     ]
     usable = [k for k in rotors if is_direct(model, k) and int(model.actuator_trnid[k, 1]) < 0]
     if len(rotors) != 4 or len(usable) != 4:

@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 
 from hzmp_planners._arrays import Floats
-from hzmp_sim.mujoco_warnings import mujoco_warnings
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_sim.simulation.actuation import Actuation
@@ -27,8 +26,6 @@ class Flight:
     log: FlightLog
     wall_time: float
     """[s]"""
-    warnings: tuple[str, ...]
-    """What MuJoCo warned of, such as an unstable simulation."""
 
 
 def fly(
@@ -53,19 +50,6 @@ def fly(
         settle_time: likewise [s].
         advance: told the simulated time that has passed [s].
     """
-    with mujoco_warnings() as notes:
-        log, wall_time = _flown(scene, trajectory, actuation, goal_tolerance, settle_time, advance)
-    return Flight(log, wall_time, tuple(notes))
-
-
-def _flown(
-    scene: Scene,
-    trajectory: Trajectory,
-    actuation: Actuation,
-    goal_tolerance: float,
-    settle_time: float,
-    advance: Callable[[float], None],
-) -> tuple[FlightLog, float]:
     model = scene.model
     data = mujoco.MjData(model)
     data.qpos[:] = scene.initial_qpos
@@ -117,7 +101,7 @@ def _flown(
         nearest=nearest[:rows],
         contact=contact[:rows],
     )
-    return log, wall_time
+    return Flight(log, wall_time)
 
 
 class _Reference:

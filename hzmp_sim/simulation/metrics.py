@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -39,11 +40,11 @@ def collect_metrics(
     seed: int,
     simulated_per_wall: float | None,
     timings: dict[str, float],
-    notes: tuple[str, ...] = (),
+    notes: Sequence[str],
 ) -> dict[str, Any]:
     """The metrics of a run; what a run without flight does not have is None.
 
-    `notes` are warnings of the flight that the log does not show.
+    `notes` are what MuJoCo warned of in flight, such as an unstable simulation.
     """
     error = None if log is None else log.tracking_error
     found = math.isfinite(plan.cost)

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from hzmp_planners.planning import plan, verify
+from hzmp_sim.mujoco_warnings import mujoco_warnings
 from hzmp_sim.output.artifacts import check_directory
 from hzmp_sim.progress import busy, progress
 from hzmp_sim.run import Run
@@ -69,12 +68,13 @@ def simulate(
         verification = verify(path)
     trajectory: Trajectory | None = None
     flight: Flight | None = None
+    notes: list[str] = []
     if math.isfinite(path.cost):
         with _timed(timings, "time_parameterize"), busy("Timing the path"):
             trajectory = time_parameterize(
                 path.waypoints, path.cells(space), _limits(scene, actuation, settings)
             )
-        with _timed(timings, "simulate"):
+        with _timed(timings, "simulate"), mujoco_warnings() as notes:
             flight = _fly(scene, trajectory, actuation, settings)
     run = Run(
         scene=scene,
@@ -93,7 +93,7 @@ def simulate(
             seed=settings.seed,
             simulated_per_wall=_speed(flight),
             timings=timings,
-            notes=flight.warnings if flight else (),
+            notes=notes,
         ),
     )
     if out is not None:
@@ -133,7 +133,7 @@ def _speed(flight: Flight | None) -> float | None:
     if flight is None:
         return None
     simulated = float(flight.log.time[-1])
-    return simulated / flight.wall_time if np.isfinite(flight.wall_time) else None
+    return simulated / flight.wall_time
 
 
 @contextmanager

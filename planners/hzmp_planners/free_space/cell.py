@@ -15,22 +15,13 @@ class Cell:
     """Convex cell under construction.
 
     Bit j of `incidence[i]` says that vertex i lies on facet j. Facets that a later cut has reduced
-    to a vertex or an edge stay in the list; they are harmless and dropped by `true_facets`.
+    to a vertex or an edge stay in the list; they are harmless and dropped by `build_complex`.
     """
 
     vertices: Floats
     """Shape (k, n) [m]."""
     incidence: list[int]
     facets: list[Facet]
-
-    def true_facets(self) -> list[Facet]:
-        """Facets that really bound the cell: those with at least n vertices."""
-        n = self.vertices.shape[1]
-        return [
-            facet
-            for j, facet in enumerate(self.facets)
-            if sum(mask >> j & 1 for mask in self.incidence) >= n
-        ]
 
     def split(self, plane: int, heights: Floats, tol: float) -> tuple[Cell, Cell]:
         """Cut by a plane that has vertices strictly on both sides.

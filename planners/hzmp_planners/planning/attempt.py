@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,13 +78,13 @@ class Attempt:
         """Those that have not been refined yet."""
         return [faces for faces in sequences if faces not in self._tried]
 
-    def try_sequence(self, faces: FaceSequence) -> None:
-        """Refine a face sequence, once, and take it when it is the best."""
-        if faces in self._tried:
-            return
-        self._tried.add(faces)
+    def try_sequence(self, faces: Sequence[int]) -> None:
+        """Refine the route along some faces, once, and take it when it is the best."""
         query = self.query
         sequence, leaves = leaf_route(self.graph, query, list(faces))
+        if sequence in self._tried:
+            return
+        self._tried.add(sequence)
         corners = self.graph.corners[list(sequence)]
         waypoints = refine(query.start, query.goal, corners, self.time_left)
         self.offer(Route(waypoints, leaves, path_length(waypoints)))

@@ -7,6 +7,7 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners._links import link_matrix
+from hzmp_planners._polygons import clip_polygon
 from hzmp_planners.free_space import LeafGraph
 from hzmp_planners.planning.certificate import SOURCE, TARGET, CrossingGraph, Cuts
 from hzmp_planners.planning.detour import least_detour
@@ -112,9 +113,8 @@ def split_nodes(graph: CrossingGraph, cuts: Cuts) -> CrossingGraph:
     corners = list(graph.corners)
     for node, (point, direction) in cuts.items():
         height = (graph.corners[node] - point) @ direction
-        low, high = _cut(graph.corners[node], height), _cut(graph.corners[node], -height)
-        corners[node] = low
-        extra.append(high)
+        corners[node] = clip_polygon(graph.corners[node], height)
+        extra.append(clip_polygon(graph.corners[node], -height))
         parents.append(node)
     rows = corners + extra
     width = max(len(row) for row in rows)
@@ -135,16 +135,3 @@ def split_nodes(graph: CrossingGraph, cuts: Cuts) -> CrossingGraph:
         np.concatenate([graph.out_of, graph.out_of[origin]]),
         np.concatenate(pairs),
     )
-
-
-def _cut(corners: Floats, height: Floats) -> Floats:
-    """The part of a segment or convex polygon (k, n) where height (k,) <= 0."""
-    kept: list[Floats] = []
-    for i in range(len(corners)):
-        if len(corners) > 2 or i > 0:
-            h, g = height[i - 1], height[i]
-            if (h < 0.0 < g) or (g < 0.0 < h):
-                kept.append(corners[i - 1] + (h / (h - g)) * (corners[i] - corners[i - 1]))
-        if height[i] <= 0.0:
-            kept.append(corners[i])
-    return np.array(kept)

@@ -14,7 +14,6 @@ from hzmp_planners.planning.crossings import (
     three_leg_bounds,
 )
 from hzmp_planners.planning.relaxation import solve_relaxation
-from hzmp_planners.planning.roadmap import leaf_route
 from hzmp_planners.planning.rounding import flow_sequences, mixing_points
 
 _ROUNDED = 5  # sequences taken from each flow
@@ -58,7 +57,7 @@ def prove(attempt: Attempt) -> None:
         for faces in flow_sequences(relaxation, _ROUNDED):
             if attempt.done:
                 return
-            attempt.try_sequence(leaf_route(leaf_graph, query, faces)[0])
+            attempt.try_sequence(faces)
         threshold = min(threshold, attempt.target)
         cuts = mixing_points(relaxation, max(4, len(graph.corners) // _DIVIDED))
         kept = certificate.least_through() < threshold
