@@ -1,6 +1,7 @@
 """Motion planning with hybrid zonotopes, closed in a MuJoCo loop: plans with proofs."""
 
 from hzmp_planners.errors import HzmpError as HzmpError
+from hzmp_planners.errors import LimitError as LimitError
 from hzmp_planners.errors import QueryError as QueryError
 from hzmp_planners.errors import SceneError as SceneError
 from hzmp_planners.errors import ShapeError as ShapeError
@@ -12,11 +13,16 @@ from hzmp_planners.planning import Plan as Plan
 from hzmp_planners.planning import PlanStatus as PlanStatus
 from hzmp_planners.planning import plan as plan
 from hzmp_planners.planning import verify as verify
+from hzmp_planners.sets import Activity as Activity
+from hzmp_planners.sets import ConstrainedConvexGenerator as ConstrainedConvexGenerator
 from hzmp_planners.sets import ConstrainedZonotope as ConstrainedZonotope
+from hzmp_planners.sets import Contact as Contact
+from hzmp_planners.sets import ContactKind as ContactKind
 from hzmp_planners.sets import Ellipsotope as Ellipsotope
 from hzmp_planners.sets import HybridZonotope as HybridZonotope
 from hzmp_planners.sets import Polytope as Polytope
 from hzmp_planners.sets import Zonotope as Zonotope
+from hzmp_planners.sets import contact as contact
 from hzmp_sim.run import FlightLog as FlightLog
 from hzmp_sim.run import Run as Run
 from hzmp_sim.scene import Scene as Scene
@@ -30,13 +36,18 @@ from hzmp_tracking import time_parameterize as time_parameterize
 __version__ = "0.1.0"
 
 __all__ = [
+    "Activity",
+    "ConstrainedConvexGenerator",
     "ConstrainedZonotope",
+    "Contact",
+    "ContactKind",
     "Ellipsotope",
     "FlightLog",
     "FreeSpace",
     "HybridZonotope",
     "HzmpError",
     "LeafGraph",
+    "LimitError",
     "Limits",
     "Plan",
     "PlanStatus",
@@ -52,6 +63,7 @@ __all__ = [
     "Trajectory",
     "Zonotope",
     "__version__",
+    "contact",
     "load_scene",
     "plan",
     "simulate",

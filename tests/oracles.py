@@ -77,7 +77,7 @@ def random_world(
         turn, loose = rotation(rng, n), 10.0 ** rng.uniform(-13.0, -7.0)
         for _ in range(count):
             low = rng.integers(-1, 6, n) / 6.0
-            body = Polytope.from_box(low, low + rng.integers(1, 4, n) / 6.0).vertices
+            body = Polytope.from_box(low, low + rng.integers(1, 4, n) / 6.0).vertices()
             body = body + loose * rng.uniform(-1.0, 1.0, body.shape) - 0.5
             obstacles.append(Polytope.from_vertices((0.5 + body @ turn.T) * size))
         return World(np.zeros(n), np.full(n, size), obstacles)
@@ -182,8 +182,8 @@ def union_volume(world: World) -> float:
 
 def free_box_volume(world: World) -> float:
     """Free volume among axis-aligned boxes, cell by cell of the grid of all their coordinates."""
-    lows = np.array([block.vertices.min(axis=0) for block in world.obstacles])
-    highs = np.array([block.vertices.max(axis=0) for block in world.obstacles])
+    lows = np.array([block.vertices().min(axis=0) for block in world.obstacles])
+    highs = np.array([block.vertices().max(axis=0) for block in world.obstacles])
     axes = [
         np.unique(
             np.clip([world.lo[k], world.hi[k], *lows[:, k], *highs[:, k]], world.lo[k], world.hi[k])
@@ -248,7 +248,7 @@ def shortest_length(world: World, start: Floats, goal: Floats) -> float:
     """
     eps = 1e-11 * world.scale
     corners = [start[None], goal[None]]
-    corners += [block.vertices for block in world.obstacles]
+    corners += [block.vertices() for block in world.obstacles]
     nodes = np.vstack(corners)
     within = ((nodes >= world.lo - eps) & (nodes <= world.hi + eps)).all(axis=1)
     nodes = nodes[within & (depth_in_obstacles(world, nodes) <= eps)]

@@ -60,7 +60,7 @@ def hull_triangles(points: Floats) -> tuple[Floats, Ints]:
 
 def polytope_outline(polytope: Polytope) -> list[Floats]:
     """What to draw of a polytope: its closed outline in 2-D, its edges (2, 3) in 3-D."""
-    vertices = polytope.vertices
+    vertices = polytope.vertices()
     if polytope.n == 2:
         ring = counter_clockwise(vertices)
         return [np.vstack([ring, ring[:1]])]

@@ -42,9 +42,9 @@ def _plan_view(run: Run) -> Figure:
     width, height = hi - lo
     figure = _new(min(9.0, 1.0 + WIDTH_IN * float(height / width)))
     axes = figure.add_subplot()
-    leaves = [counter_clockwise(leaf.vertices) for leaf in run.space.leaves]
+    leaves = [counter_clockwise(leaf.vertices()) for leaf in run.space.leaves]
     axes.add_collection(_polygons(leaves, "none", palette.LEAF, 0.5, "leaves"))
-    used = [counter_clockwise(run.space.leaves[i].vertices) for i in np.unique(run.plan.leaves)]
+    used = [counter_clockwise(run.space.leaves[i].vertices()) for i in np.unique(run.plan.leaves)]
     if used:
         axes.add_collection(
             _polygons(used, palette.CORRIDOR, palette.SAMPLE, 0.8, "leaves of the path")
@@ -64,7 +64,7 @@ def _space_view(run: Run) -> Figure:
     lo, hi = run.scene.workspace
     for obstacle in run.scene.obstacles:
         part = within(obstacle, lo, hi)
-        vertices, triangles = hull_triangles(part.vertices)
+        vertices, triangles = hull_triangles(part.vertices())
         faces = Poly3DCollection(list(vertices[triangles]), facecolor=palette.OBSTACLE, alpha=0.10)
         axes.add_collection3d(faces)
         edges = polytope_outline(part)
@@ -101,7 +101,7 @@ def _flat_obstacles(axes: Axes, run: Run, plane: tuple[int, int], *, grown: bool
     """Outlines of the obstacle geoms seen along an axis and, in 2-D, what the centre must avoid."""
     scene = run.scene
     if grown:
-        polygons = [counter_clockwise(obstacle.vertices) for obstacle in scene.obstacles]
+        polygons = [counter_clockwise(obstacle.vertices()) for obstacle in scene.obstacles]
         axes.add_collection(
             _polygons(polygons, "#f6e3e0", palette.GROWN, 0.8, "grown by radius and clearance")
         )

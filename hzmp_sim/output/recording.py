@@ -82,11 +82,11 @@ def _log_space(recording: rr.RecordingStream, run: Run, line: float) -> None:
     rings = [scene.to_world(np.vstack([corners, corners[:1]])) for corners in faces]
     _strips(recording, "space/faces", rings, palette.FACE, line / 2)
     if scene.n == 2:
-        fans = [_fan(scene.to_world(counter_clockwise(leaf.vertices))) for leaf in space.leaves]
+        fans = [_fan(scene.to_world(counter_clockwise(leaf.vertices()))) for leaf in space.leaves]
         _triangles(recording, "space/cells", fans, palette.LEAF, 0.25)
-        grown = [_fan(scene.to_world(counter_clockwise(P.vertices))) for P in scene.obstacles]
+        grown = [_fan(scene.to_world(counter_clockwise(P.vertices()))) for P in scene.obstacles]
     else:
-        grown = [hull_triangles(obstacle.vertices) for obstacle in scene.obstacles]
+        grown = [hull_triangles(obstacle.vertices()) for obstacle in scene.obstacles]
     _triangles(recording, "space/grown_obstacles", grown, palette.GROWN, 0.35)
 
 

@@ -147,10 +147,10 @@ def _halfspace_obstacle(plane: HalfSpace, bounds: Bounds, grow: float) -> Outer:
     box = Polytope.from_box(low, high)
     offset = plane.offset + grow
     if offset >= -_least(-plane.normal, low, high):  # all of the box
-        return Outer(box, box.vertices, 0.0)
+        return Outer(box, box.vertices(), 0.0)
     A, b = np.vstack([box.A, plane.normal]), np.append(box.b, offset)
     polytope = Polytope.from_halfspaces(A, b)
-    return Outer(polytope, polytope.vertices, 0.0)
+    return Outer(polytope, polytope.vertices(), 0.0)
 
 
 def _window(shape: Shape, bounds: Bounds, grow: float) -> Bounds | None:

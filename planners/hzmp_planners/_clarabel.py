@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import clarabel
 import numpy as np
@@ -13,13 +13,20 @@ from scipy.sparse import csc_array, csc_matrix
 
 from hzmp_planners._arrays import Floats
 
-Cone = tuple[Literal["zero", "nonnegative", "second_order"], int]
+Cone = tuple[Literal["zero", "nonnegative", "second_order"], int] | tuple[Literal["power"], float]
+"""Kind and number of rows; of a power cone (three rows) the exponent."""
 
 _KINDS = {
     "zero": clarabel.ZeroConeT,
     "nonnegative": clarabel.NonnegativeConeT,
     "second_order": clarabel.SecondOrderConeT,
 }
+
+
+def _cone(cone: Cone) -> Any:
+    if cone[0] == "power":
+        return clarabel.PowerConeT(cone[1])
+    return _KINDS[cone[0]](cone[1])
 
 
 def second_order_cones(rows: int, count: int) -> list[Cone]:
@@ -53,7 +60,7 @@ def solve_socp(
         A: shape (m, nx).
         b: shape (m,).
         cones: kind and number of rows of each cone, in the order of the rows; without rows it is
-            left out.
+            left out. A power cone holds (x, y, z) with x^a y^(1-a) >= |z|, a its exponent.
         time_limit: [s]; when it is reached the last iterate is returned, `solved` False.
     """
     settings = clarabel.DefaultSettings()
@@ -68,7 +75,7 @@ def solve_socp(
         cost,
         csc_matrix(A),
         b,
-        [_KINDS[kind](rows) for kind, rows in cones if rows],
+        [_cone(cone) for cone in cones if cone[1]],
         settings,
     )
     solution = solver.solve()

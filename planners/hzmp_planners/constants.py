@@ -17,3 +17,14 @@ MEMBERSHIP_TOL = 1e-9
 
 FACE_TOL = 1e-9
 """A shared face narrower than this [m at S = 1] is a contact, not a door."""
+
+RESIDUAL_TOL = 1e-9
+"""Equations of a set's factors hold when they are met to this, rows scaled to unit size: ten times
+the solvers' own tolerance, and far below any gap that is decided."""
+
+GAP_TOL = 1e-8
+"""Optimum and proved bound of a scaled program must agree to this, or the verdict is refused."""
+
+SET_TOL = 1e-9
+"""Relative to a set's size: thinner is flat, nearer is touching, smaller is zero. A thousand times
+the round-off of vertices, and below the 1e-6 m that a user may call a gap."""

@@ -23,3 +23,7 @@ class SceneError(HzmpError, ValueError):
 
 class SolverError(HzmpError, RuntimeError):
     """A numerical solver failed and so did the fallback; no verdict was drawn from it."""
+
+
+class LimitError(HzmpError, RuntimeError):
+    """A search was stopped by its time limit before it was complete: it has no result."""

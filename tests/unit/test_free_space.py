@@ -47,13 +47,13 @@ def check_leaves(world: World, space: FreeSpace) -> None:
             low, high = block.interval_hull()
             if (low < hi).all() and (lo < high).all():
                 assert overlap(leaf, block) <= tol
-        assert leaf.violation(leaf.vertices).max() <= tol
+        assert leaf.violation(leaf.vertices()).max() <= tol
         assert halfspace_volume(leaf.A, leaf.b) == pytest.approx(
             leaf.volume(), rel=1e-6, abs=float(tol * np.prod(world.hi - world.lo) / world.scale)
         )
     columns = space.incidence.toarray().T
     assert all(
-        np.array_equal(space.vertices[column], leaf.vertices)
+        np.array_equal(space.vertices[column], leaf.vertices())
         for column, leaf in zip(columns, space.leaves, strict=True)
     )
 
@@ -202,6 +202,6 @@ def test_nobody_can_change_what_was_decomposed() -> None:
     face = space.graph.faces[0]
     for array in (
         *space.bounds, space.vertices, space.incidence.data, space.incidence.indices,
-        space.leaves[0].A, space.leaves[0].vertices, face.vertices, face.normal,
+        space.leaves[0].A, space.leaves[0].vertices(), face.vertices, face.normal,
     ):  # fmt: skip
         assert not array.flags.writeable

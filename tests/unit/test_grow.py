@@ -26,11 +26,11 @@ def test_grown_leaves_contain_their_leaf_and_no_obstacle(kind: str, n: int, size
         faces = [space.graph.faces[f].leaves for f in space.graph.faces_of[leaf]]
         toward = [j if i == leaf else i for i, j in faces]
         grown = grow_leaf(space, leaf, toward[:2])
-        assert grown.violation(space.leaves[leaf].vertices).max() <= tol
-        assert (grown.vertices >= world.lo - tol).all()
-        assert (grown.vertices <= world.hi + tol).all()
+        assert grown.violation(space.leaves[leaf].vertices()).max() <= tol
+        assert (grown.vertices() >= world.lo - tol).all()
+        assert (grown.vertices() <= world.hi + tol).all()
         assert max(overlap(grown, block) for block in space.obstacles) <= tol
-        assert grown.violation(grown.vertices).max() <= tol
+        assert grown.violation(grown.vertices()).max() <= tol
         assert halfspace_volume(grown.A, grown.b) == pytest.approx(grown.volume(), rel=1e-6)
         larger += grown.volume() > 1.01 * space.leaves[leaf].volume()
     assert larger > 0

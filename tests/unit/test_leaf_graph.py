@@ -19,7 +19,7 @@ def slack(one: Polytope, two: Polytope) -> float:
     max t with |xi_1| <= 1 - t, |xi_2| <= 1 - t, both equalities, c1 + G1 xi_1 = c2 + G2 xi_2:
     positive for overlapping interiors, 0 for contact, negative for sets that are apart.
     """
-    Z, W = (ConstrainedZonotope.from_vertices(p.vertices) for p in (one, two))
+    Z, W = (ConstrainedZonotope.from_vertices(p.vertices()) for p in (one, two))
     k = Z.ng + W.ng
     equal = np.zeros((Z.n + 2, k + 1))
     equal[: Z.n, : Z.ng], equal[: Z.n, Z.ng : k] = Z.G, -W.G
@@ -91,8 +91,8 @@ def test_a_face_is_the_whole_intersection_of_its_leaves(kind: str, n: int, seed:
         one, two = (space.leaves[leaf] for leaf in face.leaves)
         np.testing.assert_allclose(np.linalg.norm(face.normal), 1.0, atol=1e-12)
         np.testing.assert_allclose(face.vertices @ face.normal, face.offset, atol=TOL)
-        assert (one.vertices @ face.normal).max() <= face.offset + TOL
-        assert (two.vertices @ face.normal).min() >= face.offset - TOL
+        assert (one.vertices() @ face.normal).max() <= face.offset + TOL
+        assert (two.vertices() @ face.normal).min() >= face.offset - TOL
         for leaf in (one, two):
             assert leaf.violation(face.vertices).max() <= TOL
         # No common point is beyond the face in any direction.

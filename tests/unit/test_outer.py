@@ -72,7 +72,7 @@ def test_contains_the_grown_shape_within_the_tolerance(
     support = shape.support(outer.polytope.A) + grow
     np.testing.assert_allclose(outer.polytope.b, support, atol=1e-9)
     # The error is the largest distance of its corners, found here by the class itself.
-    corners = outer.polytope.vertices
+    corners = outer.polytope.vertices()
     beyond = np.linalg.norm(corners - shape.project(corners), axis=1) - grow
     assert outer.error <= tolerance
     assert outer.error == pytest.approx(max(0.0, float(beyond.max())), abs=1e-6)

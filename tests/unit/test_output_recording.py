@@ -78,7 +78,7 @@ def test_recording_of_a_planar_flight_lies_at_the_height_of_the_body(
     assert room_run.scene.height is not None
     np.testing.assert_allclose(way[:, 2], room_run.scene.height, atol=1e-6)
     cells = np.array(columns(path, "/space/cells", "Mesh3D:vertex_positions")[0])
-    assert len(cells) == sum(len(leaf.vertices) for leaf in room_run.space.leaves)
+    assert len(cells) == sum(len(leaf.vertices()) for leaf in room_run.space.leaves)
 
 
 def test_recording_without_a_flight(closed_run: Run, tmp_path: Path) -> None:

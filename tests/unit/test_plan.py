@@ -45,7 +45,7 @@ def check(result: Plan, gap: float = 1e-3) -> None:
     assert len(cells) == len(leaves)
     for (p, q), cell, leaf in zip(pairwise(points), cells, leaves, strict=True):
         assert cell.violation([p, q]).max() <= tol
-        assert cell.violation(space.leaves[leaf].vertices).max() <= tol
+        assert cell.violation(space.leaves[leaf].vertices()).max() <= tol
         lo, hi = cell.interval_hull()
         for block, (low, high) in zip(space.obstacles, space.obstacle_boxes, strict=True):
             if (low < hi).all() and (lo < high).all():
@@ -138,7 +138,9 @@ def test_an_extruded_world_has_the_optimum_of_its_plan_view(seed: int) -> None:
     assert math.isfinite(optimum)
     tall = [
         Polytope.from_vertices(
-            np.vstack([np.column_stack([p.vertices, np.full(len(p.vertices), z)]) for z in (-1, 2)])
+            np.vstack(
+                [np.column_stack([p.vertices(), np.full(len(p.vertices()), z)]) for z in (-1, 2)]
+            )
         )
         for p in flat.obstacles
     ]

@@ -82,7 +82,7 @@ def free_end(
 
 def around(scene: Scene, k: int) -> Floats:
     """Random centres in a box a little larger than the obstacle."""
-    vertices = scene.obstacles[0].vertices
+    vertices = scene.obstacles[0].vertices()
     low = np.maximum(vertices.min(axis=0) - 0.1, scene.bounds[0])
     high = np.minimum(vertices.max(axis=0) + 0.1, scene.bounds[1])
     return np.random.default_rng(k).uniform(low, high, (k, scene.n))

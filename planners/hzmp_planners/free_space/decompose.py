@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from hzmp_planners._arrays import Floats
+from hzmp_planners._cell import Cell, Facet
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.cell import Cell
-from hzmp_planners.free_space.planes import Facet, PlaneTable
+from hzmp_planners.free_space.planes import PlaneTable
 from hzmp_planners.sets import Polytope
 
 

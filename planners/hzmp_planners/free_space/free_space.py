@@ -172,4 +172,4 @@ class FreeSpace:
 
 
 def _has_interior(block: Polytope) -> bool:
-    return len(block.vertices) > block.n and block.volume() > 0.0
+    return len(block.vertices()) > block.n and block.volume() > 0.0

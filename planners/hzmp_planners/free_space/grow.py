@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hzmp_planners._arrays import Floats
+from hzmp_planners._cell import Cell
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.cell import Cell
 from hzmp_planners.free_space.decompose import box_cell
 from hzmp_planners.sets import Polytope
 
@@ -30,7 +30,7 @@ def grow_leaf(space: FreeSpace, leaf: int, toward: list[int]) -> Polytope:
     """
     A, b = space.leaves[leaf].A, space.leaves[leaf].b.copy()
     tol = PLANE_TOL * space.scale
-    corners = [space.leaves[other].vertices for other in toward]
+    corners = [space.leaves[other].vertices() for other in toward]
     # A facet separates a neighbour when all of the neighbour is on its outer side.
     first = [j for j in range(len(b)) if any((v @ A[j] >= b[j] - 2.0 * tol).all() for v in corners)]
     for j in first + [j for j in range(len(b)) if j not in first]:

@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, frozen
+from hzmp_planners._cell import Cell, Facet
 from hzmp_planners._links import component_labels
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.cell import Cell
-from hzmp_planners.free_space.planes import Facet, PlaneTable
+from hzmp_planners.free_space.planes import PlaneTable
 
 FacetVertices = dict[Facet, frozenset[int]]
 

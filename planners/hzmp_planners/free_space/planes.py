@@ -9,12 +9,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, frozen
+from hzmp_planners._cell import Facet
 from hzmp_planners._links import component_labels
 from hzmp_planners.constants import NORMAL_TOL, PLANE_TOL
 from hzmp_planners.sets import Polytope
-
-Facet = tuple[int, int]
-"""(plane, side): the half-space side * (a.x - b) <= 0 of that plane."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,32 +1,81 @@
-"""Ellipsotopes (Kousik, Dai and Gao 2023) with one 2-norm group: the planner's informed sets."""
+"""Ellipsotopes (Kousik, Dai and Gao 2023); with one 2-norm group the planner's informed sets."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from hzmp_planners._arrays import Bools, Floats, as_floats, as_point, as_points
+from hzmp_planners._arrays import Floats, as_floats, as_point
 from hzmp_planners.errors import QueryError, ShapeError
+from hzmp_planners.sets.form import Ball, GeneratorForm, join_balls
+from hzmp_planners.sets.generator_set import GeneratorSet, checked_form
+from hzmp_planners.sets.round_balls import with_polytopal_balls
+
+if TYPE_CHECKING:
+    from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
+    from hzmp_planners.sets.convex_set import ConvexSet
+    from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
 
 
 @dataclass(frozen=True, eq=False)
-class Ellipsotope:
-    r""":math:`E = \{c + G \xi : \|\xi\|_2 \le 1\}`."""
+class Ellipsotope(GeneratorSet):
+    r""":math:`E = \{c + G \xi : \|\xi_J\|_p \le 1\ \forall J \in \mathcal{I},\ A \xi = b\}`.
+
+    Without more arguments one group and no constraints: an ellipsoid with half-axes G.
+    """
 
     G: Floats
     """Generators, shape (n, ng)."""
     c: Floats
     """Centre, shape (n,)."""
+    A: Floats | None = None
+    """Constraint matrix, shape (nc, ng); none unless given."""
+    b: Floats | None = None
+    """Constraint offsets, shape (nc,)."""
+    groups: Sequence[Sequence[int]] | None = None
+    """The index set: groups of generator indices that cover each index once; one group unless
+    given."""
+    p: float = 2.0
+    """Norm of every group, at least 1."""
 
     def __post_init__(self) -> None:
-        G, c = as_floats(self.G, "G", 2), as_floats(self.c, "c", 1)
-        if G.shape[0] != c.shape[0]:
-            raise ShapeError(f"G has {G.shape[0]} rows but c has {c.shape[0]} entries")
-        object.__setattr__(self, "G", G)
-        object.__setattr__(self, "c", c)
+        G, c, A, b = checked_form(self.G, self.c, self.A, self.b)
+        ng = G.shape[1]
+        groups = [range(ng)] if self.groups is None else self.groups
+        indices = tuple(tuple(int(j) for j in group) for group in groups if len(group))
+        if sorted(j for group in indices for j in group) != list(range(ng)):
+            raise ShapeError(f"groups must hold each index from 0 to {ng - 1} once, got {indices}")
+        if not self.p >= 1.0:
+            raise ShapeError(f"p must be at least 1, got {self.p}")
+        fields = {"G": G, "c": c, "A": A, "b": b, "groups": indices, "p": float(self.p)}
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_shape_matrix(cls, Q: ArrayLike, c: ArrayLike) -> Ellipsotope:
+        r"""The ellipsoid :math:`\{x : (x - c)^T Q^{-1} (x - c) \le 1\}`, with G the root of Q.
+
+        Raises:
+            ShapeError: Q is not symmetric positive definite. A flat ellipsoid has no inverse of Q:
+                give its half-axes as generators G.
+        """
+        shape = as_floats(Q, "Q", 2)
+        centre = as_point(c, "c", shape.shape[0])
+        size = float(np.abs(shape).max(initial=0.0))
+        if shape.shape[0] != shape.shape[1] or not np.allclose(shape, shape.T, atol=1e-12 * size):
+            raise ShapeError(f"Q must be square and symmetric, got shape {shape.shape}")
+        values, vectors = np.linalg.eigh(shape)
+        if values.min(initial=math.inf) <= 1e-14 * size:
+            raise ShapeError(
+                f"Q must be positive definite, but its least eigenvalue is {values.min():.3g}; "
+                "give a flat ellipsoid by its half-axes, Ellipsotope(G, c)"
+            )
+        return cls((vectors * np.sqrt(values)) @ vectors.T, centre)
 
     @classmethod
     def informed(cls, start: ArrayLike, goal: ArrayLike, cost: float) -> Ellipsotope:
@@ -51,33 +100,67 @@ class Ellipsotope:
         G = minor * np.eye(s.size) + (cost / 2.0 - minor) * np.outer(axis, axis)
         return cls(G, (s + g) / 2.0)
 
-    @property
-    def n(self) -> int:
-        """Dimension of the space."""
-        return int(self.c.size)
+    def _make_form(self) -> GeneratorForm:
+        assert self.A is not None
+        assert self.b is not None
+        assert self.groups is not None
+        order = [j for group in self.groups for j in group]
+        balls = join_balls([Ball(len(group), self.p) for group in self.groups], ())
+        return GeneratorForm(self.G[:, order], self.c, self.A[:, order], self.b, balls)
 
-    @property
-    def ng(self) -> int:
-        """Number of generators."""
-        return int(self.G.shape[1])
+    @classmethod
+    def _of_form(cls, form: GeneratorForm) -> Ellipsotope:
+        """Boxes become groups of one; all other balls must have one norm."""
+        groups: list[range] = []
+        start = 0
+        for ball in form.balls:
+            step = 1 if ball.p == math.inf else ball.size
+            groups += [range(j, j + step) for j in range(start, start + ball.size, step)]
+            start += ball.size
+        norms = {ball.p for ball in form.balls if ball.p != math.inf} or {2.0}
+        return cls(form.G, form.c, form.A, form.b, groups, norms.pop())
 
-    def support(self, d: ArrayLike) -> float:
-        """Largest d.x over the set, d of shape (n,): d.c + |G'd|_2."""
-        direction = as_point(d, "d", self.n)
-        return float(direction @ self.c + np.linalg.norm(self.G.T @ direction))
+    def enclosing_zonotope(self, directions: int = 24) -> ConstrainedZonotope:
+        """A constrained zonotope around the set (Figure 4 of the HZ-MP paper).
 
-    def interval_hull(self) -> tuple[Floats, Floats]:
-        """Smallest axis-aligned box (lo, hi)."""
-        reach = np.linalg.norm(self.G, axis=1)
-        return self.c - reach, self.c + reach
+        Each norm ball is replaced by the polytope of its tangent half-spaces in `directions`
+        directions, spread evenly over a ball of two or three factors.
 
-    def contains(self, X: ArrayLike, tol: float = 1e-9) -> Bools:
-        """Which of the points (k, n) lie in the set, up to `tol` [m]; shape (k,).
-
-        The factors of least norm are found by the pseudo-inverse; a point off the range of G by
-        more than `tol` is outside.
+        Args:
+            directions: more are tighter: in the plane the radius is exceeded by a factor of at
+                most 1 / cos(pi / directions).
         """
-        offset = as_points(X, "X", self.n) - self.c
-        factors = offset @ np.linalg.pinv(self.G).T
-        inside = factors / np.maximum(1.0, np.linalg.norm(factors, axis=1))[:, None]
-        return np.asarray(np.linalg.norm(inside @ self.G.T - offset, axis=1) <= tol)
+        return with_polytopal_balls(self.form, directions, outside=True)
+
+    def enclosed_zonotope(self, directions: int = 24) -> ConstrainedZonotope:
+        """A constrained zonotope inside the set: each norm ball by the hull of its points.
+
+        Args:
+            directions: more are tighter: in the plane the radius is missed by a factor of at most
+                cos(pi / directions).
+        """
+        return with_polytopal_balls(self.form, directions, outside=False)
+
+    def classify(self, leaves: HybridZonotope | Sequence[ConvexSet]) -> NDArray[np.int8]:
+        """`Activity` of each polytopal leaf, shape (N,): inactive, partial or active (lemma 3.6).
+
+        Raises:
+            ShapeError: another dimension, an empty or a curved leaf.
+            SolverError: no verdict that holds.
+        """
+        from hzmp_planners.sets.activity import classify
+
+        return classify(self, leaves)
+
+    def _fields(self) -> dict[str, Any]:
+        assert self.A is not None
+        assert self.b is not None
+        assert self.groups is not None
+        return {
+            "G": self.G.tolist(),
+            "c": self.c.tolist(),
+            "A": {"shape": list(self.A.shape), "values": self.A.ravel().tolist()},
+            "b": self.b.tolist(),
+            "groups": [list(group) for group in self.groups],
+            "p": str(self.p),
+        }

@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import block_array, csc_array, eye_array
+from scipy.sparse import csc_array, csr_array, hstack
 
-from hzmp_planners._arrays import Bools, Floats, as_floats, as_points
-from hzmp_planners.errors import ShapeError, SolverError
+from hzmp_planners._arrays import Bools, Floats, as_floats, as_point, as_points
+from hzmp_planners.constants import SET_TOL
+from hzmp_planners.errors import ShapeError
+from hzmp_planners.sets import unions
+from hzmp_planners.sets.base import Set
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
+from hzmp_planners.sets.convex_set import ConvexSet
+from hzmp_planners.sets.leaf_search import admissible_choices, leaf_of_choice
+from hzmp_planners.sets.leaf_table import LeafTable
+from hzmp_planners.sets.polytope import Polytope
+from hzmp_planners.sets.sparse import Matrix, as_sparse
 
-Matrix = csc_array[np.float64]
+LeafSource = Callable[[], LeafTable]
 
 
 @dataclass(frozen=True, eq=False)
-class HybridZonotope:
+class HybridZonotope(Set):
     r"""Union of constrained zonotopes, one for each admissible choice of the binary factors.
 
     .. math::
@@ -28,7 +36,9 @@ class HybridZonotope:
         \mathcal{Z} = \{ G_c \xi_c + G_b \xi_b + c : \|\xi_c\|_\infty \le 1,\
         \xi_b \in \{-1, 1\}^{n_b},\ A_c \xi_c + A_b \xi_b = b \}
 
-    Matrices may be dense or scipy sparse; they are kept as compressed sparse columns.
+    Matrices may be dense or scipy sparse; they are kept as compressed sparse columns. A set that
+    was built from known leaves, and every set computed from it, knows its leaves by construction;
+    one that was given by its matrices alone searches for them, exactly, when they are first needed.
     """
 
     Gc: Matrix
@@ -43,12 +53,14 @@ class HybridZonotope:
     """Binary constraint matrix, shape (nc, nb)."""
     b: Floats
     """Constraint offsets, shape (nc,)."""
-    _cells: tuple[Floats, ...] | None = field(default=None, repr=False)
+    _source: LeafSource | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         c, b = as_floats(self.c, "c", 1), as_floats(self.b, "b", 1)
-        Gc, Gb = _sparse(self.Gc, "Gc"), _sparse(self.Gb, "Gb")
-        Ac, Ab = _sparse(self.Ac, "Ac"), _sparse(self.Ab, "Ab")
+        if c.size == 0:
+            raise ShapeError("c must have at least one coordinate: a set needs a space")
+        Gc, Gb = as_sparse(self.Gc, "Gc"), as_sparse(self.Gb, "Gb")
+        Ac, Ab = as_sparse(self.Ac, "Ac"), as_sparse(self.Ab, "Ab")
         ng, nb = Gc.shape[1], Gb.shape[1]
         expected = {
             "Gc": (Gc, (c.size, ng)),
@@ -77,30 +89,61 @@ class HybridZonotope:
             M: incidence, dense or sparse bool, shape (nv, N).
 
         Raises:
-            ShapeError: shapes do not fit, or a column of M is empty.
+            ShapeError: shapes do not fit, M is not binary, or a column of M is empty.
         """
-        vertices = as_floats(V, "V", 2)
-        incidence = _sparse(M, "M").copy()
-        nv, n = vertices.shape
-        if incidence.shape[0] != nv:
-            raise ShapeError(f"M must have {nv} rows, one a vertex, got {incidence.shape[0]}")
-        if not np.isin(incidence.data, (0.0, 1.0)).all():
-            raise ShapeError("M must hold only 0 and 1")
-        incidence.eliminate_zeros()
-        counts = np.diff(incidence.indptr)
-        if (counts == 0).any():
-            raise ShapeError(f"column {int(np.argmin(counts))} of M selects no vertex")
-        N = incidence.shape[1]
-        half = eye_array(nv, format="csc") / 2.0
-        blank = _zeros(1, nv)
-        Ac = _stack([[_ones(1, nv), blank], [blank, blank], [half, half]])
-        Ab = _stack([[_zeros(1, N)], [_ones(1, N)], [-incidence / 2.0]])
-        degree = np.bincount(incidence.indices, minlength=nv)
-        b = np.concatenate([[2.0 - nv, 2.0 - N], degree / 2.0 - 1.0])
-        Gc = _stack([[csc_array(vertices.T / 2.0), _zeros(n, nv)]])
-        spans = pairwise(incidence.indptr.tolist())
-        cells = tuple(vertices[incidence.indices[start:stop]] for start, stop in spans)
-        return cls(Gc, _zeros(n, N), vertices.sum(axis=0) / 2.0, Ac, Ab, b, cells)
+        return cls(*unions.of_vertices(as_floats(V, "V", 2), as_sparse(M, "M")))
+
+    @classmethod
+    def from_polytopes(cls, polytopes: Iterable[ConvexSet]) -> HybridZonotope:
+        """Union of bounded polytopal sets in the V-rep form of `from_vertices`.
+
+        Vertices that coincide (to 1e-11 of the union's size) are one. Empty sets are left out.
+
+        Raises:
+            ShapeError: no set at all, different dimensions, or a curved or unbounded set.
+        """
+        V, M = unions.merged_vertices(tuple(polytopes))
+        return cls.from_vertices(V, M)
+
+    @classmethod
+    def from_union(cls, sets: Sequence[Set]) -> HybridZonotope:
+        """Union of polytopal and hybrid sets of any kind.
+
+        Sets whose vertices are known are united in V-rep form. Otherwise each set keeps its own
+        factors, switched on by its own binary (for zonotopic sets, Glunt et al. 2025 call it the
+        disaggregated form): ng = sum (ng_i + 1), nb = sum nb_i + N, nc = 1 + sum (nc_i + 1).
+
+        Raises:
+            ShapeError: no set at all, different dimensions, or a curved or unbounded set.
+        """
+        bodies = tuple(sets)
+        if all(isinstance(s, Polytope) or getattr(s, "_points", None) is not None for s in bodies):
+            return cls.from_polytopes([s for s in bodies if isinstance(s, ConvexSet)])
+        return cls(*unions.disaggregated([cls.from_convex(s) for s in bodies]))
+
+    @classmethod
+    def from_convex(cls, body: Set) -> HybridZonotope:
+        """A polytopal set as a hybrid zonotope without binaries.
+
+        Raises:
+            ShapeError: the set is curved or unbounded.
+        """
+        if isinstance(body, HybridZonotope):
+            return body
+        if not isinstance(body, ConvexSet) or not body.form.is_polytopal:
+            raise ShapeError(
+                f"a hybrid zonotope cannot hold a curved {type(body).__name__}: enclose it first"
+            )
+        form = body.form
+        none = csc_array((form.c.size, 0)), csc_array((form.b.size, 0))
+        leaf = ConstrainedZonotope._of_form(form)
+        if body._points is not None:
+            leaf._remember_points(body._points)
+        choices = csr_array((1, 0), dtype=np.bool_)
+        return cls(
+            csc_array(form.G), none[0], form.c, csc_array(form.A), none[1], form.b,
+            lambda: LeafTable.of_parts(choices, [leaf]),
+        )  # fmt: skip
 
     @property
     def n(self) -> int:
@@ -122,96 +165,265 @@ class HybridZonotope:
         """Number of constraints."""
         return int(self.b.size)
 
-    def leaves(self) -> tuple[ConstrainedZonotope, ...]:
-        """The convex leaves.
+    @property
+    def leaf_count(self) -> int:
+        """Number of leaves."""
+        return len(self.leaf_table)
 
-        For a union built by `from_vertices` they are known by construction (one generator a
-        vertex, one constraint). For any other hybrid zonotope every admissible vector of binary
-        factors is found by mixed-integer programming with no-good cuts.
+    def leaves(self, time_limit: float = math.inf) -> tuple[ConstrainedZonotope, ...]:
+        """The convex leaves as compact constrained zonotopes, in the order of `leaf_index`.
+
+        Known by construction, or found by an exact search (see `leaf_search`).
+
+        Args:
+            time_limit: of the search [s].
 
         Raises:
-            SolverError: a mixed-integer program ended without a verdict.
+            LimitError: the time was up before the search was complete.
+            SolverError: no verdict that holds.
         """
-        return self._leaves
+        if self._source is None and "leaf_table" not in self.__dict__:
+            vars(self)["leaf_table"] = self._searched(time_limit)
+        return self.leaf_table.parts
 
     @cached_property
-    def _leaves(self) -> tuple[ConstrainedZonotope, ...]:
-        if self._cells is not None:
-            return tuple(ConstrainedZonotope.from_vertices(cell) for cell in self._cells)
-        found: list[Floats] = []
-        while (binaries := self._admissible(found)) is not None:
-            found.append(binaries)
-        return tuple(
-            ConstrainedZonotope(
-                self.Gc.toarray(), self.c + self.Gb @ xi, self.Ac.toarray(), self.b - self.Ab @ xi
-            )
-            for xi in found
-        )
+    def leaf_table(self) -> LeafTable:
+        """Leaves with their binaries and points."""
+        return self._searched(math.inf) if self._source is None else self._source()
 
-    def contains(self, X: ArrayLike, tol: float = 1e-9) -> Bools:
-        """Which of the points (k, n) lie in some leaf, up to `tol` in each coordinate; (k,)."""
-        points = as_points(X, "X", self.n)
-        inside = np.zeros(len(points), dtype=np.bool_)
-        for leaf in self.leaves():
-            inside[~inside] = leaf.contains(points[~inside], tol)
-        return inside
+    def _searched(self, time_limit: float) -> LeafTable:
+        found = list(admissible_choices(self, time_limit))
+        choices = csr_array(np.array(found).reshape(len(found), self.nb) > 0.0)
+        return LeafTable(choices, lambda i: leaf_of_choice(self, found[i]))
+
+    @cached_property
+    def binaries(self) -> Floats:
+        """Binary factors of each leaf, -1 or 1, shape (N, nb)."""
+        return np.where(self.leaf_table.choices.toarray(), 1.0, -1.0)
+
+    def leaf_index(self, xi_b: ArrayLike) -> int:
+        """Index of the leaf with these binary factors (nb,): ID of Remark 3.1 of the HZ-MP paper.
+
+        Raises:
+            ShapeError: entries other than -1 and 1, or no leaf has these factors.
+        """
+        choice = as_point(xi_b, "xi_b", self.nb)
+        if not np.isin(choice, (-1.0, 1.0)).all():
+            raise ShapeError(f"xi_b must hold only -1 and 1, got {choice}")
+        chosen = csr_array((choice > 0.0)[None])
+        agree = self.leaf_table.choices.astype(np.int64) @ chosen.astype(np.int64).T
+        sizes = self.leaf_table.choices.sum(axis=1)
+        same = (agree.toarray().ravel() == chosen.sum()) & (sizes == chosen.sum())
+        if not same.any():
+            raise ShapeError(f"no leaf has the binary factors {choice}")
+        return int(same.argmax())
+
+    def adjacency_matrix(self, least_dimension: int = 0) -> csr_array[np.bool_]:
+        """Which leaves meet, symmetric, shape (N, N): remark 3.1 of the HZ-MP paper.
+
+        Args:
+            least_dimension: only count contacts of this dimension or more; n - 1 for shared faces.
+
+        Raises:
+            SolverError: no verdict that holds.
+        """
+        from hzmp_planners.sets.leaf_pairs import adjacency_matrix
+
+        return adjacency_matrix(self, least_dimension)
+
+    def convex_parts(self) -> tuple[ConstrainedZonotope, ...]:
+        """The leaves."""
+        return self.leaves()
 
     def is_empty(self) -> bool:
-        """True when no factors satisfy the constraints."""
-        return self._cells == () if self._cells is not None else self._admissible([]) is None
+        """True when no factors satisfy the constraints.
 
-    def _admissible(self, excluded: list[Floats]) -> Floats | None:
-        """Binary factors of some leaf that is not excluded yet, shape (nb,); None if none is left.
-
-        Binaries enter as xi_b = 2 beta - 1 with beta in {0, 1}.
+        Raises:
+            SolverError: no verdict that holds.
         """
-        ng, nb = self.ng, self.nb
-        if ng + nb == 0:  # a point, or nothing: no program to solve
-            return None if excluded or self.b.any() else np.zeros(0)
-        constraints = []
-        if self.nc:
-            rows = _stack([[self.Ac, 2.0 * self.Ab]])
-            offset = self.b + self.Ab @ np.ones(nb)
-            constraints.append(LinearConstraint(rows, offset, offset))
-        for xi in excluded:
-            cut = np.concatenate([np.zeros(ng), -xi])
-            constraints.append(LinearConstraint(cut[None], 1.0 - (xi > 0).sum(), np.inf))
-        result = milp(
-            np.zeros(ng + nb),
-            integrality=np.concatenate([np.zeros(ng), np.ones(nb)]),
-            bounds=Bounds(np.append(-np.ones(ng), np.zeros(nb)), np.ones(ng + nb)),
-            constraints=constraints,
+        if self._source is None and "leaf_table" not in self.__dict__:
+            return next(admissible_choices(self), None) is None
+        return len(self.leaf_table) == 0
+
+    def contains(self, X: ArrayLike, tol: float | None = None) -> Bools:
+        """Which of the points (k, n) lie in some leaf; shape (k,).
+
+        Args:
+            X: points [m]; one point may be given as (n,).
+            tol: as for each leaf; 1e-9 of the leaf's size unless given.
+        """
+        points = as_points(X, "X", self.n)
+        inside = np.zeros(len(points), dtype=np.bool_)
+        if not len(self.leaf_table):
+            return inside
+        lo, hi = self.leaf_table.stack.boxes
+        room = SET_TOL * float(np.abs([lo, hi]).max()) if tol is None else tol
+        for start in range(0, len(points), 256):
+            block = points[start : start + 256]
+            beyond = np.maximum(lo - block[:, None], block[:, None] - hi).max(axis=2)
+            near: Bools = np.asarray(beyond <= room)
+            for leaf in np.flatnonzero(near.any(axis=0)).tolist():
+                rows = start + np.flatnonzero(near[:, leaf])
+                rows = rows[~inside[rows]]
+                if len(rows):
+                    inside[rows] = self.leaf_table.part(leaf).contains(points[rows], tol)
+        return inside
+
+    def contains_set(self, inner: Set) -> bool:
+        """Whether every point of `inner` is in some leaf: what the leaves leave of it is empty.
+
+        Raises:
+            ShapeError: another dimension, or a curved inner set.
+            SolverError: no verdict that holds.
+        """
+        if inner.n != self.n:
+            raise ShapeError(f"sets of dimensions {self.n} and {inner.n} share no points")
+        return all(
+            part.is_empty() or not unions.remainder(part.to_polytope(), self)
+            for part in inner.convex_parts()
         )
-        if result.status == 2:
+
+    def _farthest(self, d: Floats) -> Floats | None:
+        if not len(self.leaf_table):
             return None
-        if result.status != 0 or result.x is None:
-            raise SolverError(f"leaves of a hybrid zonotope: {result.message}")
-        return np.asarray(2.0 * np.round(result.x[ng:]) - 1.0)
+        points = self.leaf_table.stack.points
+        return np.asarray(points[int((points @ d).argmax())])
 
+    def project(self, x: ArrayLike) -> Floats:
+        """A point of the set nearest to x (n,), shape (n,).
 
-def _zeros(rows: int, columns: int) -> Matrix:
-    return csc_array((rows, columns), dtype=np.float64)
+        Leaves are tried in the order of their boxes' distances, until none can be nearer.
 
+        Raises:
+            ShapeError: the set is empty.
+            SolverError: no verdict that holds.
+        """
+        point = as_point(x, "x", self.n)
+        if not len(self.leaf_table):
+            raise ShapeError("an empty set has no nearest point")
+        best, least = point, math.inf
+        bounds = unions.box_distances(self, (point, point))
+        for leaf in np.argsort(bounds, kind="stable").tolist():
+            if bounds[leaf] >= least:
+                break
+            candidate = self.leaf_table.part(leaf).project(point)
+            if (gap := float(np.linalg.norm(candidate - point))) < least:
+                best, least = candidate, gap
+        return best
 
-def _ones(rows: int, columns: int) -> Matrix:
-    return csc_array(np.ones((rows, columns)))
+    def distance(self, other: Set | ArrayLike) -> float:
+        """Least Euclidean distance to a set or a point [m]; inf when one of them is empty.
 
+        Raises:
+            SolverError: no verdict that holds.
+        """
+        if not isinstance(other, Set):
+            point = as_point(other, "the point", self.n)
+            return (
+                math.inf if self.is_empty() else float(np.linalg.norm(self.project(point) - point))
+            )
+        least = math.inf
+        for part in other.convex_parts():
+            if part.is_empty():
+                continue
+            bounds = unions.box_distances(self, part.interval_hull())
+            for leaf in np.argsort(bounds, kind="stable").tolist():
+                if bounds[leaf] >= least:
+                    break
+                least = min(least, self.leaf_table.part(leaf).distance(part))
+        return least
 
-def _stack(blocks: list[list[Any]]) -> Matrix:
-    return csc_array(block_array(blocks))
+    def vertices(self) -> Floats:
+        """Distinct vertices of all leaves, shape (k, n) [m]; (0, n) when empty."""
+        corners = [leaf.vertices() for leaf in self.leaves()]
+        return np.unique(np.concatenate([np.zeros((0, self.n)), *corners]), axis=0)
 
+    def volume(self) -> float:
+        """Volume (area in 2-D) of the union [m^n]: what leaves share is counted once."""
+        return math.fsum(piece.volume() for piece in unions.disjoint_pieces(self))
 
-def _sparse(value: Any, name: str) -> Matrix:
-    try:
-        matrix = csc_array(value).astype(np.float64)
-    except (TypeError, ValueError) as error:
-        raise ShapeError(f"{name} must be a matrix of numbers: {error}") from error
-    if matrix.ndim != 2:
-        raise ShapeError(f"{name} must have 2 axes, got {matrix.ndim}")
-    if not np.isfinite(matrix.data).all():
-        raise ShapeError(f"{name} must be finite")
-    matrix.sum_duplicates()
-    matrix.sort_indices()
-    for part in (matrix.data, matrix.indices, matrix.indptr):
-        part.setflags(write=False)
-    return matrix
+    def sample(self, k: int, rng: np.random.Generator) -> Floats:
+        """K points, uniform in the union of the leaves of largest dimension, shape (k, n) [m].
+
+        A leaf is drawn by its volume, a point in it uniformly, and kept with probability one over
+        the number of leaves that hold it.
+
+        Raises:
+            ShapeError: the set is empty.
+        """
+        return unions.sample(self, k, rng)
+
+    def complement(self, lo: ArrayLike, hi: ArrayLike) -> HybridZonotope:
+        """Closure of the box (lo, hi) minus this set, as convex pieces in V-rep form.
+
+        Raises:
+            ShapeError: lo and hi are not the corners of a box, or nothing is left of it.
+        """
+        return HybridZonotope.from_convex(Polytope.from_box(lo, hi)).difference(self)
+
+    def difference(self, other: Set) -> HybridZonotope:
+        """Closure of the points of this set that are not in the other, as convex pieces.
+
+        Raises:
+            ShapeError: another dimension, or a curved set.
+        """
+        if other.n != self.n:
+            raise ShapeError(f"sets of dimensions {self.n} and {other.n} share no points")
+        union = HybridZonotope.from_union([other])
+        pieces = [
+            piece for leaf in self.leaves() for piece in unions.remainder(leaf.to_polytope(), union)
+        ]
+        if pieces:
+            return HybridZonotope.from_polytopes(pieces)
+        nothing = np.zeros((0, self.n)), csc_array((0, 0))
+        return HybridZonotope.from_vertices(*nothing)
+
+    def convex_relaxation(self) -> ConstrainedZonotope:
+        """The set with its binary factors in [-1, 1]: it contains the convex hull.
+
+        For the V-rep form of `from_vertices` it is the convex hull (the form is sharp).
+        """
+        G = hstack([self.Gc, self.Gb]).toarray()
+        return ConstrainedZonotope(G, self.c, hstack([self.Ac, self.Ab]).toarray(), self.b)
+
+    def remove_redundancy(self) -> HybridZonotope:
+        """The same union with matrices rebuilt from its leaves' vertices.
+
+        Binaries that are fixed, empty leaves, and leaves inside another leaf are gone.
+        """
+        leaves = self.leaves()
+        lo, hi = self.leaf_table.stack.boxes if leaves else (None, None)
+        kept: list[ConstrainedZonotope] = []
+        dropped: set[int] = set()
+        for i, leaf in enumerate(leaves):
+            assert lo is not None
+            assert hi is not None
+            room = SET_TOL * leaf.form.size
+            around = (lo <= lo[i] + room).all(axis=1) & (hi >= hi[i] - room).all(axis=1)
+            holders = [j for j in np.flatnonzero(around).tolist() if j != i and j not in dropped]
+            if any(leaves[j].contains_set(leaf) for j in holders):
+                dropped.add(i)
+            else:
+                kept.append(leaf)
+        if not kept:
+            return HybridZonotope.from_vertices(np.zeros((0, self.n)), csc_array((0, 0)))
+        return HybridZonotope.from_polytopes(kept)
+
+    def _fields(self) -> dict[str, Any]:
+        fields: dict[str, Any] = {"c": self.c.tolist(), "b": self.b.tolist()}
+        for name in ("Gc", "Gb", "Ac", "Ab"):
+            matrix = getattr(self, name).tocoo()
+            fields[name] = {
+                "shape": list(matrix.shape),
+                "rows": matrix.coords[0].tolist(),
+                "columns": matrix.coords[1].tolist(),
+                "values": matrix.data.tolist(),
+            }
+        if self._source is not None or "leaf_table" in self.__dict__:
+            choices = self.leaf_table.choices
+            spans = zip(choices.indptr[:-1].tolist(), choices.indptr[1:].tolist(), strict=True)
+            fields["leaves"] = {
+                "chosen": [choices.indices[start:stop].tolist() for start, stop in spans],
+                "parts": [part._fields() for part in self.leaf_table.parts],
+            }
+        return fields

@@ -6,23 +6,28 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-from hzmp_planners._arrays import Bools, Floats, Ints, as_floats, as_point, as_points, frozen
+from hzmp_planners._arrays import Bools, Floats, Ints, as_floats, as_points, frozen
 from hzmp_planners._linprog import minimize_linear
-from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.errors import ShapeError, SolverError
+from hzmp_planners.constants import PLANE_TOL, SET_TOL
+from hzmp_planners.errors import ShapeError
+from hzmp_planners.sets.convex_set import ConvexSet
+from hzmp_planners.sets.form import GeneratorForm
+from hzmp_planners.sets.vertex_enumeration import inscribed_ball, vertices_of
 
 
 @dataclass(frozen=True, eq=False)
-class Polytope:
+class Polytope(ConvexSet):
     r"""Convex polytope :math:`P = \{x : A x \le b\}` with unit facet normals.
 
     Build one with `from_box`, `from_vertices` or `from_halfspaces`. Flat polytopes (segments,
-    single points) carry each equality as two opposite half-spaces.
+    single points) carry each equality as two opposite half-spaces. Unbounded ones have no vertex
+    form; they can cut any other set, ``Z & P``.
     """
 
     A: Floats
@@ -91,86 +96,188 @@ class Polytope:
         return cls.from_both_forms(A, (points[extreme] @ A.T).max(axis=0), points[extreme])
 
     @classmethod
-    def from_halfspaces(cls, A: ArrayLike, b: ArrayLike) -> Polytope:
-        """The set of x with A x <= b, A of shape (m, n), b of shape (m,). Rows are normalised."""
-        return cls(as_floats(A, "A", 2), as_floats(b, "b", 1))
+    def from_halfspaces(
+        cls,
+        A: ArrayLike,
+        b: ArrayLike,
+        A_eq: ArrayLike | None = None,
+        b_eq: ArrayLike | None = None,
+    ) -> Polytope:
+        """The set of x with A x <= b and A_eq x = b_eq; perhaps empty, perhaps unbounded.
+
+        Args:
+            A: shape (m, n); rows are normalised.
+            b: shape (m,).
+            A_eq: shape (k, n), or None. Each row is kept as two opposite half-spaces.
+            b_eq: shape (k,).
+
+        Raises:
+            ShapeError: shapes do not fit, a row is zero, or there is no row at all.
+        """
+        if A_eq is None or b_eq is None:
+            return cls(as_floats(A, "A", 2), as_floats(b, "b", 1))
+        E, e = as_floats(A_eq, "A_eq", 2), as_floats(b_eq, "b_eq", 1)
+        H, f = (
+            (np.zeros((0, E.shape[1])), np.zeros(0))
+            if np.size(A) == 0
+            else (
+                as_floats(A, "A", 2),
+                as_floats(b, "b", 1),
+            )
+        )
+        if H.shape[1] != E.shape[1]:
+            raise ShapeError(f"A has {H.shape[1]} columns but A_eq has {E.shape[1]}")
+        return cls(np.vstack([H, E, -E]), np.concatenate([f, e, -e]))
 
     @classmethod
     def from_both_forms(cls, A: Floats, b: Floats, vertices: Floats) -> Polytope:
         """Half-spaces and the vertices that the caller has computed already; not checked."""
         polytope = cls(A, b)
-        polytope.__dict__["vertices"] = frozen(vertices)
+        polytope._remember_points(vertices)
         return polytope
+
+    @classmethod
+    def empty(cls, n: int) -> Polytope:
+        """The empty set of R^n, as two half-spaces that exclude each other."""
+        A = np.zeros((2, n))
+        A[:, 0] = 1.0, -1.0
+        return cls.from_both_forms(A, -np.ones(2), np.zeros((0, n)))
 
     @property
     def n(self) -> int:
         """Dimension of the space."""
         return int(self.A.shape[1])
 
-    @cached_property
+    def _make_form(self) -> GeneratorForm:
+        if self.is_empty():  # no factors meet 0 = 1
+            none = np.zeros((self.n, 0))
+            return GeneratorForm(none, np.zeros(self.n), np.zeros((1, 0)), np.ones(1), ())
+        return GeneratorForm.of_points(self.vertices())
+
+    def to_polytope(self) -> Polytope:
+        """The set itself."""
+        return self
+
     def vertices(self) -> Floats:
         """Extreme points, shape (k, n) [m]; (0, n) when empty.
 
         Raises:
             ShapeError: the polytope is unbounded.
         """
-        return frozen(_vertices(self.A, self.b))
+        if self._points is None:
+            self._remember_points(vertices_of(self.A, self.b))
+        assert self._points is not None
+        return self._points
 
     @cached_property
     def incidence(self) -> Bools:
         """Shape (k, m): vertex i lies on the hyperplane of facet j."""
-        gap = np.abs(self.vertices @ self.A.T - self.b)
-        return frozen(gap <= 10.0 * PLANE_TOL * self._scale)
-
-    @property
-    def _scale(self) -> float:
-        return max(1.0, float(np.abs(self.b).max(initial=0.0)))
+        gap = np.abs(self.vertices() @ self.A.T - self.b)
+        return frozen(gap <= 10.0 * PLANE_TOL * max(1.0, float(np.abs(self.b).max(initial=0.0))))
 
     def violation(self, X: ArrayLike) -> Floats:
         """Signed distance of points (k, n) beyond the worst facet [m], shape (k,); <= 0 inside."""
         points = as_points(X, "X", self.n)
         return np.asarray((points @ self.A.T - self.b).max(axis=1))
 
-    def contains(self, X: ArrayLike, tol: float = 0.0) -> Bools:
-        """Which of the points (k, n) lie in the polytope, up to `tol` [m]; shape (k,)."""
-        return np.asarray(self.violation(X) <= tol)
+    def contains(self, X: ArrayLike, tol: float | None = None) -> Bools:
+        """Which of the points (k, n) lie in the polytope; shape (k,).
 
-    def support(self, d: ArrayLike) -> float:
-        """Largest d.x over the polytope, d of shape (n,); -inf when empty."""
-        direction = as_point(d, "d", self.n)
-        return float((self.vertices @ direction).max(initial=-math.inf))
+        Args:
+            X: points [m]; one point may be given as (n,).
+            tol: points at most this far beyond each facet count [m]; 1e-9 of the largest offset
+                unless given.
+        """
+        room = SET_TOL * (float(np.abs(self.b).max()) or 1.0) if tol is None else tol
+        return np.asarray(self.violation(X) <= room)
 
     def is_empty(self) -> bool:
-        """True when no point satisfies the half-spaces."""
-        return len(self.vertices) == 0
+        """True when no point satisfies the half-spaces, up to 1e-10 of the largest offset.
 
-    def interval_hull(self) -> tuple[Floats, Floats]:
-        """Smallest axis-aligned box (lo, hi) around the polytope [m]."""
-        if self.is_empty():
-            raise ShapeError("an empty polytope has no interval hull")
-        return self.vertices.min(axis=0), self.vertices.max(axis=0)
+        Raises:
+            SolverError: no verdict that holds.
+        """
+        if self._points is not None:
+            return len(self._points) == 0
+        return self._is_empty
+
+    @cached_property
+    def _is_empty(self) -> bool:
+        return inscribed_ball(self.A, self.b)[1] < 0.0
+
+    def _farthest(self, d: Floats) -> Floats | None:
+        points = self.vertices()
+        return np.asarray(points[int((points @ d).argmax())]) if len(points) else None
 
     def volume(self) -> float:
         """Volume (area in 2-D) [m^n]; 0 for flat and empty polytopes."""
-        if self.vertices.shape[0] <= self.n:
-            return 0.0
+        hull = self._measured_hull()
+        return 0.0 if hull is None else hull[0]
+
+    def surface_area(self) -> float:
+        """Area of the boundary (perimeter in 2-D) [m^(n-1)]; 0 for flat and empty polytopes."""
+        points = self.vertices()
+        hull = self._measured_hull()
+        return 0.0 if hull is None or self.n == 1 else float(ConvexHull(points).area)
+
+    def _measured_hull(self) -> tuple[float] | None:
+        points = self.vertices()
+        if len(points) <= self.n:
+            return None
+        extent = np.ptp(points, axis=0)  # qhull's tolerances are absolute: axes of unit extent
+        if extent.min() == 0.0:
+            return None
         if self.n == 1:
-            return float(np.ptp(self.vertices))
+            return (float(extent[0]),)
         try:
-            return float(ConvexHull(self.vertices).volume)
+            return (float(ConvexHull(points / extent).volume * np.prod(extent)),)
         except QhullError:
-            return 0.0
+            return None
+
+    def remove_redundancy(self) -> Polytope:
+        """The same polytope without half-spaces that the others imply: a linear program each.
+
+        Raises:
+            SolverError: a linear program ended without a verdict.
+        """
+        keep = np.ones(len(self.b), dtype=np.bool_)
+        room = PLANE_TOL * max(1.0, float(np.abs(self.b).max()))
+        for i in range(len(self.b)):
+            keep[i] = False
+            rows = np.append(np.flatnonzero(keep), i)
+            wider = self.b[rows] + np.append(np.zeros(keep.sum()), 1.0)  # bounds the program
+            found = minimize_linear(
+                -self.A[i], upper=(self.A[rows], wider), purpose="redundancy of a half-space"
+            )
+            keep[i] = found is not None and -found.value > self.b[i] + room
+        if not keep.any():
+            return self
+        smaller = Polytope(self.A[keep], self.b[keep])
+        if self._points is not None:
+            smaller._remember_points(self._points)
+        return smaller
+
+    def _fields(self) -> dict[str, Any]:
+        return {"A": self.A.tolist(), "b": self.b.tolist()}
 
 
 def _hull(points: Floats) -> tuple[Floats, Ints]:
-    """Facet normals (m, n), coplanar simplices merged, and indices of extreme points."""
+    """Facet normals (m, n), coplanar simplices merged, and indices of extreme points.
+
+    Of points that coincide one is taken, and a point that lies on fewer than n facets after
+    merging (within an edge, say) is not extreme.
+    """
+    size = float(np.ptp(points, axis=0).max())
+    double = cKDTree(points).query_pairs(1e-11 * size, output_type="ndarray")
+    distinct = np.setdiff1d(np.arange(len(points)), double[:, 1])
+    points = points[distinct]
     if points.shape[1] == 1:
         ends = np.unique([int(points[:, 0].argmin()), int(points[:, 0].argmax())])
-        return np.array([[1.0], [-1.0]]), ends.astype(np.int64)
+        return np.array([[1.0], [-1.0]]), distinct[ends].astype(np.int64)
     hull = ConvexHull(points)
+    scale = max(1.0, float(np.abs(points).max()))
     normals: list[Floats] = []
     offsets: list[float] = []
-    scale = max(1.0, float(np.abs(points).max()))
     for equation in hull.equations:
         for normal, offset in zip(normals, offsets, strict=True):
             same = np.abs(normal - equation[:-1]).max() < 1e-9
@@ -179,84 +286,8 @@ def _hull(points: Floats) -> tuple[Floats, Ints]:
         else:
             normals.append(equation[:-1])
             offsets.append(equation[-1])
-    return np.array(normals), np.sort(hull.vertices).astype(np.int64)
-
-
-def _vertices(A: Floats, b: Floats) -> Floats:
-    """Vertices of {A x <= b}: Chebyshev centre, then the dual hull; recursion for flat sets."""
-    n = A.shape[1]
-    scale = max(1.0, float(np.abs(b).max(initial=0.0)))
-    centre, radius = _chebyshev(A, b)
-    if centre is None:
-        return np.zeros((0, n))
-    if radius > 10.0 * PLANE_TOL * scale:
-        return _full_vertices(A, b, centre, radius)
-    # Flat: keep the hyperplanes on which the whole set lies, and recurse inside them.
-    flat = [i for i in range(A.shape[0]) if _depth(A, b, i) <= 1e-8 * scale]
-    _, values, axes = np.linalg.svd(A[flat], full_matrices=True)
-    rank = int((values > 1e-9).sum())
-    if rank == 0:
-        raise SolverError("a polytope without interior has no implicit equality")
-    if rank == n:
-        return centre[None, :]
-    basis = axes[rank:]
-    projected = A @ basis.T
-    norms = np.linalg.norm(projected, axis=1)
-    keep = norms > 1e-9
-    inner = _vertices(
-        projected[keep] / norms[keep, None], (b[keep] - A[keep] @ centre) / norms[keep]
-    )
-    return np.asarray(centre + inner @ basis)
-
-
-def _full_vertices(A: Floats, b: Floats, centre: Floats, radius: float) -> Floats:
-    if A.shape[1] == 1:
-        upper = (b[A[:, 0] > 0]).min(initial=math.inf)
-        lower = (-b[A[:, 0] < 0]).max(initial=-math.inf)
-        if not math.isfinite(upper - lower):
-            raise ShapeError("the polytope is unbounded: it has no vertex form")
-        return np.array([[lower], [upper]])
-    # In units of the inscribed ball, since qhull's tolerances are absolute: the facets of the dual
-    # points' hull are the vertices, at distances 1 / -offset; the origin is inside iff bounded.
-    try:
-        facets = ConvexHull(A * (radius / (b - A @ centre))[:, None]).equations
-    except QhullError as error:
-        raise ShapeError("the polytope is unbounded: it has no vertex form") from error
-    if facets[:, -1].max() > -1e-9:
-        raise ShapeError("the polytope is unbounded or a sliver: it has no usable vertex form")
-    points = centre - radius * facets[:, :-1] / facets[:, -1:]
-    size = float(np.ptp(points, axis=0).max())
-    found: list[Floats] = []
-    for point in points:
-        if all(np.abs(point - other).max() > 1e-9 * max(size, 1e-3) for other in found):
-            found.append(point)
-    return np.array(found)
-
-
-def _chebyshev(A: Floats, b: Floats) -> tuple[Floats | None, float]:
-    """Centre and radius of a largest inscribed ball (None when empty)."""
-    n = A.shape[1]
-    size = 1.0 + float(np.abs(b).max(initial=0.0))
-    optimum = minimize_linear(
-        np.append(np.zeros(n), -1.0),
-        upper=(np.hstack([A, np.ones((len(b), 1))]), b),
-        lo=np.append(np.full(n, -math.inf), 0.0),
-        hi=np.append(np.full(n, math.inf), 10.0 * size),
-        purpose="largest ball in a polytope",
-    )
-    if optimum is None:
-        return None, 0.0
-    return optimum.x[:n], float(optimum.x[n])
-
-
-def _depth(A: Floats, b: Floats, facet: int) -> float:
-    """How far the polytope reaches inward from one of its half-spaces, at most 1 [m]."""
-    n = A.shape[1]
-    slack = np.append(np.zeros(len(b)), 1.0)[:, None]
-    optimum = minimize_linear(
-        np.append(np.zeros(n), -1.0),
-        upper=(np.hstack([np.vstack([A, A[facet]]), slack]), np.append(b, b[facet])),
-        hi=np.append(np.full(n, math.inf), 1.0),
-        purpose="width of a flat polytope",
-    )
-    return 1.0 if optimum is None else float(optimum.x[n])
+    A, b = np.array(normals), -np.array(offsets)
+    extreme = np.sort(hull.vertices)
+    on = np.abs(points[extreme] @ A.T - b) <= 1e-9 * scale
+    extreme = extreme[on.sum(axis=1) >= points.shape[1]]
+    return A, distinct[extreme].astype(np.int64)

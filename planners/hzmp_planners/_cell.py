@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners.free_space.planes import Facet
+
+Facet = tuple[int, int]
+"""(plane, side): the half-space side * (a.x - b) <= 0 of that plane."""
 
 
 @dataclass(eq=False, slots=True)

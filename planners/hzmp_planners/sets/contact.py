@@ -1,0 +1,296 @@
+"""How two convex sets meet: apart, touching in a set of some dimension, or overlapping.
+
+Corollaries 3.3 and 3.4 of the HZ-MP paper, for any two convex sets. The paper's slack program
+answers in factors, which have no unit; here every verdict comes with a certificate in metres.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners._convex_program import Block, ConvexProgram, Optimum, minimize
+from hzmp_planners.constants import SET_TOL
+from hzmp_planners.errors import ShapeError
+from hzmp_planners.sets.convex_set import ConvexSet
+from hzmp_planners.sets.form import GeneratorForm, nearest_points
+
+
+class ContactKind(enum.Enum):
+    """The three cases of proposition 3.2 (c)."""
+
+    APART = "no common point"
+    TOUCHING = "common points, but the relative interiors are apart"
+    OVERLAPPING = "the relative interiors have common points"
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """A verdict with its certificate."""
+
+    kind: ContactKind
+    dimension: int
+    """Dimension of the intersection; -1 when apart. n - 1 is a shared face."""
+    point: Floats | None
+    """A common point (n,) [m], in both relative interiors when overlapping; None when apart."""
+    normal: Floats | None
+    """Unit vector (n,) with normal.x <= normal.y for x of the first and y of the second set, up to
+    1e-9 of their size; None when overlapping."""
+    distance: float
+    """Least distance of the sets [m]; 0 unless apart."""
+    slack: float
+    """The largest delta of corollary 3.3 on compact leaves; -inf when the sets are far apart."""
+
+
+def contact(one: ConvexSet, two: ConvexSet) -> Contact:
+    """How two sets meet, in which dimension, and why (corollary 3.3).
+
+    Polytopal sets are compared by their vertices: the smallest program, and one in which no factor
+    is fixed. (On the leaves of a hybrid zonotope as they stand the slack program always returns 0,
+    since the switched-off vertices sit on their bounds.) Two sets that touch lie on either side of
+    a plane, the program's multipliers; their faces on that plane are compared again, until the
+    relative interiors of two faces meet: those faces intersect in the dimension of the contact.
+
+    Args:
+        one: any convex set.
+        two: of the same dimension of space.
+
+    Raises:
+        ShapeError: different dimensions.
+        SolverError: no verdict that holds.
+    """
+    if one.n != two.n:
+        raise ShapeError(f"sets of dimensions {one.n} and {two.n} share no points")
+    if one.is_empty() or two.is_empty():
+        return Contact(ContactKind.APART, -1, None, None, math.inf, -math.inf)
+    if one.form.is_polytopal and two.form.is_polytopal:
+        return _polytopal_contact(one, two)
+    return _curved_contact(one, two)
+
+
+def intersects(one: ConvexSet, two: ConvexSet) -> bool:
+    """Whether two sets have a common point, up to 1e-9 of their size (proposition 3.2 (a))."""
+    return contact(one, two).kind is not ContactKind.APART
+
+
+def shared_face(one: ConvexSet, two: ConvexSet) -> ConvexSet:
+    """Common points of two sets as one set: the generalised intersection of corollary 3.4.
+
+    The corollary says that it has dimension n - 1; that holds for leaves of a decomposition that
+    share a face, not for those that meet in an edge or a corner. `contact` tells.
+    """
+    face = one.intersection(two)
+    assert isinstance(face, ConvexSet)
+    return face.remove_redundancy()
+
+
+def interior_slack(one: GeneratorForm, two: GeneratorForm) -> Optimum | None:
+    """The slack program of corollary 3.3 on two generator forms; its value is -delta.
+
+    max delta with |xi_1| <= 1 - delta and |xi_2| <= 1 - delta in the norm of each block, the
+    constraints of both sets, and c_1 + G_1 xi_1 = c_2 + G_2 xi_2. None when no factors of any size
+    (up to 4) satisfy them. Where delta > 0 the point is strictly inside both; delta = 0 is a
+    contact only if no factor of the two forms is fixed.
+    """
+    unit = max(one.size, two.size, float(np.abs(two.c - one.c).max(initial=0.0)))
+    forms = one, two
+    rows = [
+        np.zeros((0, form.G.shape[1])) if not form.b.size else form.equations[0] for form in forms
+    ]
+    A = np.vstack([block_diag(*rows), np.hstack([one.G, -two.G]) / unit])
+    b = np.concatenate([one.equations[1], two.equations[1], (two.c - one.c) / unit])
+    # Variables: per block its radius 1 - delta, then its factors; last delta.
+    balls = one.balls + two.balls
+    width = A.shape[1] + len(balls) + 1
+    E = np.zeros((len(b) + len(balls), width))
+    column = source = 0
+    for k, ball in enumerate(balls):
+        E[len(b) + k, [column, width - 1]] = 1.0
+        E[: len(b), column + 1 : column + 1 + ball.size] = A[:, source : source + ball.size]
+        column, source = column + 1 + ball.size, source + ball.size
+    q = np.zeros(width)
+    q[-1] = -1.0
+    blocks = [Block(ball.size + 1, ball.p, 4.0, epigraph=True) for ball in balls]
+    program = ConvexProgram(
+        q, E, np.append(b, np.ones(len(balls))), (*blocks, Block(1, math.inf, 3.0))
+    )
+    return minimize(program, "slack of a contact")
+
+
+@dataclass(frozen=True, eq=False)
+class _Meeting:
+    """Optimum of the slack program on two vertex lists."""
+
+    slack: float
+    point: Floats
+    normal: Floats
+    """Zero when the program has no multipliers to offer."""
+
+
+def _polytopal_contact(one: ConvexSet, two: ConvexSet) -> Contact:
+    first, second = one.hull_points(), two.hull_points()
+    origin = (first.mean(axis=0) + second.mean(axis=0)) / 2.0
+    unit = max(float(np.abs(np.concatenate([first, second]) - origin).max()), 1e-300)
+    faces = (first - origin) / unit, (second - origin) / unit
+    top = meeting = _meeting(*faces)
+    if meeting is None or meeting.slack < -SET_TOL:
+        parted = _parted(one, two, unit, -math.inf if meeting is None else meeting.slack)
+        if parted is not None:
+            return parted
+    normal: Floats | None = None
+    for _ in range(one.n + 1):
+        if meeting is None or meeting.slack > SET_TOL:
+            break
+        reduced = _supporting_faces(*faces, meeting.normal)
+        if normal is None:
+            normal = meeting.normal
+        if reduced is None:
+            break
+        faces = reduced
+        meeting = _meeting(*faces)
+    if top is None or meeting is None or meeting.slack < -SET_TOL:
+        return _closest_contact(one, two, top)
+    if meeting.slack > SET_TOL:
+        dimension = _common_dimension(*faces)
+    else:
+        dimension = max(one.intersection(two).affine_dimension(), 0)
+    overlaps = top.slack > SET_TOL
+    return Contact(
+        ContactKind.OVERLAPPING if overlaps else ContactKind.TOUCHING,
+        dimension,
+        origin + unit * meeting.point,
+        None if overlaps else normal,
+        0.0,
+        2.0 * top.slack,
+    )
+
+
+def _meeting(first: Floats, second: Floats) -> _Meeting | None:
+    """Largest t with a common point whose weights in both hulls are all at least t.
+
+    x = V1'(mu_1 + t) = V2'(mu_2 + t), 1'mu_i + k_i t = 1, mu >= 0; with mu = 2 + 2 u, |u| <= 1. In
+    factors xi = 2 lam - 1 of the compact leaf, t is half the delta of corollary 3.3. None when
+    no weights of moderate size exist: the affine hulls, or the sets, are far apart.
+    """
+    k1, k2, n = len(first), len(second), first.shape[1]
+    sums = first.sum(axis=0), second.sum(axis=0)
+    E = np.zeros((n + 2, k1 + k2 + 1))
+    E[:n, :k1], E[:n, k1:-1], E[:n, -1] = 2.0 * first.T, -2.0 * second.T, sums[0] - sums[1]
+    E[n, :k1], E[n, -1] = 2.0, k1
+    E[n + 1, k1:-1], E[n + 1, -1] = 2.0, k2
+    e = np.concatenate([2.0 * (sums[1] - sums[0]), [1.0 - 2.0 * k1, 1.0 - 2.0 * k2]])
+    q = np.zeros(k1 + k2 + 1)
+    q[-1] = -1.0
+    scale = np.array([*np.ones(n), k1, k2])
+    blocks = (Block(k1 + k2, math.inf), Block(1, math.inf, 1.0))
+    program = ConvexProgram(q, E / scale[:, None], e / scale, blocks)
+    found = minimize(program, "slack of a contact")
+    if found is None:
+        return None
+    t = float(found.v[-1])
+    points = (
+        (2.0 + 2.0 * found.v[:k1] + t) @ first,
+        (2.0 + 2.0 * found.v[k1:-1] + t) @ second,
+    )
+    length = float(np.linalg.norm(found.y[:n]))
+    normal = found.y[:n] / length if length > 0.0 else np.zeros(n)
+    if normal @ (second.mean(axis=0) - first.mean(axis=0)) < 0.0:
+        normal = -normal
+    return _Meeting(t, (points[0] + points[1]) / 2.0, normal)
+
+
+def _supporting_faces(
+    first: Floats, second: Floats, normal: Floats
+) -> tuple[Floats, Floats] | None:
+    """The vertices of both on the plane that separates them; None when it tells nothing."""
+    room = 10.0 * SET_TOL
+    heights = first @ normal, second @ normal
+    low, high = heights[0] >= heights[0].max() - room, heights[1] <= heights[1].min() + room
+    if low.all() and high.all():
+        return None
+    return first[low], second[high]
+
+
+def _common_dimension(first: Floats, second: Floats) -> int:
+    """Dim F1 + dim F2 - rank of both directions: that of two sets whose interiors meet."""
+    edges = first[1:] - first[0], second[1:] - second[0]
+    ranks = [_rank(rows) for rows in (*edges, np.vstack(edges))]
+    return ranks[0] + ranks[1] - ranks[2]
+
+
+def _rank(rows: Floats) -> int:
+    return int((np.linalg.svd(rows, compute_uv=False) > 10.0 * SET_TOL).sum()) if len(rows) else 0
+
+
+def _parted(one: ConvexSet, two: ConvexSet, unit: float, slack: float) -> Contact | None:
+    """The verdict apart, with the nearest pair's direction; None if that is within tolerance.
+
+    The distance is the width of the slab between the supporting planes, a proof by itself.
+    """
+    pair = nearest_points(one.form, two.form)
+    assert pair is not None
+    gap = pair[1] - pair[0]
+    length = float(np.linalg.norm(gap))
+    if length <= SET_TOL * unit:
+        return None
+    normal = gap / length
+    slab = -two.support(-normal) - one.support(normal)
+    if slab <= SET_TOL * unit:
+        return None
+    return Contact(ContactKind.APART, -1, None, normal, length, min(2.0 * slack, 0.0))
+
+
+def _closest_contact(one: ConvexSet, two: ConvexSet, top: _Meeting | None) -> Contact:
+    """Sets nearer than the tolerance, whose slack program cannot say more."""
+    pair = nearest_points(one.form, two.form)
+    assert pair is not None
+    gap = pair[1] - pair[0]
+    length = float(np.linalg.norm(gap))
+    normal = gap / length if length > 0.0 else np.zeros(one.n)
+    slack = -math.inf if top is None else 2.0 * top.slack
+    dimension = max(one.intersection(two).affine_dimension(), 0)
+    point = (pair[0] + pair[1]) / 2.0
+    return Contact(ContactKind.TOUCHING, dimension, point, normal, 0.0, slack)
+
+
+def _curved_contact(one: ConvexSet, two: ConvexSet) -> Contact:
+    found = interior_slack(one.form, two.form)
+    unit = max(one.form.size, two.form.size)
+    slack = -math.inf if found is None else -found.value
+    if slack < 10.0 * SET_TOL:
+        parted = _parted(one, two, unit, slack)
+        if parted is not None:
+            return parted
+    if found is None:
+        return _closest_contact(one, two, None)
+    point = one.form.point(_first_factors(one.form, found.v))
+    if slack > 1e-7:  # conic programs are less exact than linear ones
+        bases = one.affine_hull().basis, two.affine_hull().basis
+        dimension = len(bases[0]) + len(bases[1]) - _rank(np.vstack(bases))
+        return Contact(ContactKind.OVERLAPPING, dimension, point, None, 0.0, slack)
+    rows = one.form.b.size + two.form.b.size
+    normal = found.y[rows : rows + one.n]
+    normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
+    if one.support(normal) + two.support(-normal) > one.support(-normal) + two.support(normal):
+        normal = -normal
+    # An ellipsoid touches a plane in one point; other curved sets are intersected.
+    strictly = any(
+        body.form.is_ellipsoid and body.form.reaches(normal[None])[0] > 1e-6 * unit
+        for body in (one, two)
+    )
+    dimension = 0 if strictly else max(one.intersection(two).affine_dimension(), 0)
+    return Contact(ContactKind.TOUCHING, dimension, point, normal, 0.0, slack)
+
+
+def _first_factors(form: GeneratorForm, v: Floats) -> Floats:
+    """The factors of the first form among the variables of `interior_slack`."""
+    inner, start = [np.zeros(0)], 0
+    for ball in form.balls:
+        inner.append(v[start + 1 : start + 1 + ball.size])
+        start += 1 + ball.size
+    return np.concatenate(inner)

@@ -1,0 +1,319 @@
+"""The one algebraic form behind all convex set types: generators, constraints and norm balls.
+
+    {c + G xi : A xi = b, xi in B},   B a product of unit balls of the norms p over blocks of xi
+
+These are the constrained convex generators of Silvestre (2022). Boxes alone give (constrained)
+zonotopes, one norm for all blocks gives ellipsotopes (Kousik, Dai and Gao 2023).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._convex_program import (
+    Block,
+    ConvexProgram,
+    Optimum,
+    conjugate,
+    least_residual,
+    minimize,
+    norm,
+)
+from hzmp_planners.constants import RESIDUAL_TOL
+
+
+class Ball(NamedTuple):
+    """Unit ball of the p-norm over `size` consecutive factors; p = inf is a box."""
+
+    size: int
+    p: float
+
+
+@dataclass(frozen=True, eq=False)
+class GeneratorForm:
+    """Matrices that a set type has checked; nothing is checked again here."""
+
+    G: Floats
+    """Shape (n, ng)."""
+    c: Floats
+    """Shape (n,)."""
+    A: Floats
+    """Shape (nc, ng)."""
+    b: Floats
+    """Shape (nc,)."""
+    balls: tuple[Ball, ...]
+    """Sizes add up to ng."""
+
+    @classmethod
+    def of_points(cls, V: Floats) -> GeneratorForm:
+        """Convex hull of the rows of V (k, n): k generators, one constraint, one box.
+
+        x = V' lam, 1'lam = 1, 0 <= lam <= 1, in factors xi = 2 lam - 1: < V'/2, V'1/2, 1', 2-k >.
+        """
+        k = len(V)
+        half = V.T / 2.0
+        balls = (Ball(k, math.inf),)
+        return cls(half, half.sum(axis=1), np.ones((1, k)), np.array([2.0 - k]), balls)
+
+    @property
+    def is_polytopal(self) -> bool:
+        """Only boxes: the set is a polytope."""
+        return all(ball.p == math.inf for ball in self.balls)
+
+    @property
+    def is_ellipsoid(self) -> bool:
+        """One Euclidean ball without constraints, mapped by G; perhaps flat."""
+        return len(self.balls) == 1 and self.balls[0].p == 2.0 and not self.b.size
+
+    @cached_property
+    def size(self) -> float:
+        """Unit of length for this set [m]: its reach, at least 1e-6 of its distance from 0."""
+        away = 1e-6 * float(np.abs(self.c).max(initial=0.0))
+        return max(float(self.reaches(np.eye(self.c.size)).max(initial=0.0)), away) or 1.0
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """The balls, as the variables of a program."""
+        return tuple(Block(ball.size, ball.p) for ball in self.balls)
+
+    @cached_property
+    def equations(self) -> tuple[Floats, Floats]:
+        """A and b with rows scaled to unit size; rows that are only round-off are not blown up."""
+        rows = np.abs(self.A).max(axis=1, initial=0.0)
+        scale = np.maximum(rows, 1e-7 * rows.max(initial=0.0))
+        scale[scale == 0.0] = 1.0
+        return self.A / scale[:, None], self.b / scale
+
+    def parts(self, rows: Floats) -> list[tuple[Ball, Floats]]:
+        """Columns of `rows` (..., ng) ball by ball."""
+        stops = np.cumsum([ball.size for ball in self.balls]).tolist()
+        return [
+            (ball, rows[..., stop - ball.size : stop])
+            for ball, stop in zip(self.balls, stops, strict=True)
+        ]
+
+    def reaches(self, D: Floats) -> Floats:
+        """Half extents of c + G B, without the constraints, along the rows of D (k, n); (k,)."""
+        total = np.zeros(len(D))
+        for ball, part in self.parts(D @ self.G):
+            total += np.linalg.norm(part, conjugate(ball.p), axis=1)
+        return total
+
+    def point(self, factors: Floats) -> Floats:
+        """C + G xi."""
+        return self.c + self.G @ factors
+
+    def farthest(self, d: Floats) -> Floats | None:
+        """A point with the largest d.x; None when the set is empty.
+
+        Raises:
+            SolverError: no verdict that holds.
+        """
+        weights = d @ self.G
+        if not self.b.size:
+            factors = [_farthest_in_ball(part, ball.p) for ball, part in self.parts(weights)]
+            return self.point(np.concatenate([np.zeros(0), *factors]))
+        if not self.G.shape[1]:
+            return None if np.abs(self.b).max() > RESIDUAL_TOL else self.c
+        scale = sum(norm(part, conjugate(ball.p)) for ball, part in self.parts(weights)) or 1.0
+        found = minimize(
+            ConvexProgram(-weights / scale, *self.equations, self.blocks), "support of a set"
+        )
+        return None if found is None else self.point(found.v)
+
+    def is_empty(self) -> bool:
+        """True when no factors in the balls satisfy the constraints, up to `RESIDUAL_TOL`.
+
+        Raises:
+            SolverError: no verdict that holds.
+        """
+        A, b = self.equations
+        if not b.size:
+            return False
+        if not A.shape[1]:
+            return bool(np.abs(b).max() > RESIDUAL_TOL)
+        program = ConvexProgram(np.zeros(A.shape[1]), A, b, self.blocks)
+        guess = program.clip(np.asarray(np.linalg.lstsq(A, b)[0], dtype=np.float64))
+        if program.residual(guess) <= 0.1 * RESIDUAL_TOL:  # a point of the set: no program needed
+            return False
+        return least_residual(program, "emptiness of a set").bound > RESIDUAL_TOL
+
+    def distance_by_axes(self, x: Floats) -> float:
+        """Least largest coordinate of x - z over points z of the set [m]; inf when empty.
+
+        Raises:
+            SolverError: no verdict that holds.
+        """
+        found = self._nearest(x, math.inf)
+        if found is None:
+            return math.inf
+        return float(np.abs(self.point(found.v[: self.G.shape[1]]) - x).max(initial=0.0))
+
+    def nearest_point(self, x: Floats) -> Floats | None:
+        """Euclidean projection of x; None when the set is empty.
+
+        Raises:
+            SolverError: no verdict that holds.
+        """
+        found = self._nearest(x, 2.0)
+        return None if found is None else self.point(found.v[: self.G.shape[1]])
+
+    def _nearest(self, x: Floats, p: float) -> Optimum | None:
+        unit = max(self.size, float(np.abs(x - self.c).max(initial=0.0)))
+        return minimize(_gap_program(self, x - self.c, unit, p), "nearest point of a set")
+
+    def mapped(self, R: Floats) -> GeneratorForm:
+        """R times the set."""
+        return GeneratorForm(R @ self.G, R @ self.c, self.A, self.b, self.balls)
+
+    def shifted(self, v: Floats) -> GeneratorForm:
+        """The set moved by v."""
+        return GeneratorForm(self.G, self.c + v, self.A, self.b, self.balls)
+
+    def plus(self, other: GeneratorForm) -> GeneratorForm:
+        """Minkowski sum."""
+        return self._joined(other, np.hstack([self.G, other.G]), self.c + other.c)
+
+    def times(self, other: GeneratorForm) -> GeneratorForm:
+        """Cartesian product."""
+        return self._joined(other, block_diag(self.G, other.G), np.concatenate([self.c, other.c]))
+
+    def meet(self, other: GeneratorForm, R: Floats | None = None) -> GeneratorForm:
+        """Points z of this set with R z in the other one (Scott et al. 2016, eq. 13)."""
+        RG, Rc = (self.G, self.c) if R is None else (R @ self.G, R @ self.c)
+        both = self._joined(other, np.hstack([self.G, np.zeros((self.c.size, other.G.shape[1]))]))
+        A = np.vstack([both.A, np.hstack([RG, -other.G])])
+        b = np.concatenate([both.b, other.c - Rc])
+        return GeneratorForm(both.G, self.c, A, b, both.balls)
+
+    def cut(self, H: Floats, f: Floats) -> GeneratorForm:
+        """Points x of this set with H x <= f, H of shape (m, n): a factor and a row a half-space.
+
+        h.x <= f becomes h'G xi + (d/2) s = f - h.c - d/2 with a slack s in [-1, 1], where d is the
+        largest value that f - h.x takes (Bird et al. 2023). Half-spaces that hold the whole set
+        add nothing; opposite ones that leave a plane add an equation without slack.
+        """
+        rows, columns, offsets = halfspace_rows(H, f, f - H @ self.c, self.reaches(H))
+        ng, extra = self.G.shape[1], columns.shape[1]
+        A = np.zeros((self.b.size + len(rows), ng + extra))
+        A[: self.b.size, :ng] = self.A
+        A[self.b.size :, :ng] = H[rows] @ self.G
+        A[self.b.size :, ng:] = columns
+        G = np.hstack([self.G, np.zeros((self.c.size, extra))])
+        balls = join_balls(self.balls, (Ball(extra, math.inf),))
+        return GeneratorForm(G, self.c, A, np.concatenate([self.b, offsets]), balls)
+
+    def _joined(self, other: GeneratorForm, G: Floats, c: Floats | None = None) -> GeneratorForm:
+        A = block_diag(self.A, other.A).reshape(self.b.size + other.b.size, G.shape[1])
+        b = np.concatenate([self.b, other.b])
+        return GeneratorForm(
+            G, self.c if c is None else c, A, b, join_balls(self.balls, other.balls)
+        )
+
+
+def nearest_points(one: GeneratorForm, two: GeneratorForm) -> tuple[Floats, Floats] | None:
+    """A pair of points, one of each set, at the least Euclidean distance; None if one is empty.
+
+    Raises:
+        SolverError: no verdict that holds.
+    """
+    offset = two.c - one.c
+    unit = max(one.size, two.size, float(np.abs(offset).max(initial=0.0)))
+    difference = one.plus(two.mapped(-np.eye(one.c.size)))
+    found = minimize(_gap_program(difference, offset, unit, 2.0), "distance of two sets")
+    if found is None:
+        return None
+    ng = one.G.shape[1]
+    return one.point(found.v[:ng]), two.point(found.v[ng : ng + two.G.shape[1]])
+
+
+def halfspace_rows(
+    H: Floats, f: Floats, offsets: Floats, reach: Floats
+) -> tuple[Ints, Floats, Floats]:
+    """Which half-spaces H x <= f cut a set, and the slack columns and offsets of their rows.
+
+    Args:
+        H: shape (m, n).
+        f: shape (m,).
+        offsets: f - H c of the set's centre, shape (m,).
+        reach: half extent of the set about its centre along each row, shape (m,).
+
+    Returns:
+        Indices (k,) of the rows that become constraints, slack columns (k, j), offsets (k,).
+    """
+    partner = _opposite(H, f, 1e-12 * (1.0 + np.abs(f)))
+    rows = [
+        i for i in range(len(f)) if partner[i] > i or (partner[i] < 0 and offsets[i] < reach[i])
+    ]
+    slacks = [k for k, i in enumerate(rows) if partner[i] < 0]
+    depth = np.maximum((offsets + reach)[rows], 0.0)  # below 0 it misses the whole set
+    columns = np.zeros((len(rows), len(slacks)))
+    columns[slacks, np.arange(len(slacks))] = depth[slacks] / 2.0
+    return np.array(rows, dtype=np.int64), columns, offsets[rows] - columns.sum(axis=1)
+
+
+def join_balls(one: Sequence[Ball], two: Sequence[Ball]) -> tuple[Ball, ...]:
+    """All balls in order, without empty ones; neighbouring boxes become one."""
+    joined: list[Ball] = []
+    for ball in (*one, *two):
+        if not ball.size:
+            continue
+        p = math.inf if ball.size == 1 else ball.p  # every norm of one factor is its magnitude
+        if joined and joined[-1].p == p == math.inf:
+            joined[-1] = Ball(joined[-1].size + ball.size, math.inf)
+        else:
+            joined.append(Ball(ball.size, p))
+    return tuple(joined)
+
+
+def _gap_program(form: GeneratorForm, x: Floats, unit: float, p: float) -> ConvexProgram:
+    """Minimise t with |G xi - x|_p <= t in units of length, over the factors of the set."""
+    A, b = form.equations
+    n, ng = form.G.shape
+    farthest = float(np.linalg.norm(x) + np.linalg.norm(form.reaches(np.eye(n)))) / unit + 1.0
+    E = np.zeros((len(b) + n, ng + 1 + n))
+    E[: len(b), :ng] = A
+    E[len(b) :, :ng] = form.G / unit
+    E[len(b) :, ng + 1 :] = np.eye(n)
+    q = np.zeros(ng + 1 + n)
+    q[ng] = 1.0
+    blocks = (*form.blocks, Block(n + 1, p, farthest, epigraph=True))
+    return ConvexProgram(q, E, np.concatenate([b, x / unit]), blocks)
+
+
+def _farthest_in_ball(weights: Floats, p: float) -> Floats:
+    """A point of the unit ball with the largest inner product with the weights."""
+    if p == math.inf:
+        return np.sign(weights)
+    size = np.abs(weights).max(initial=0.0)
+    if size == 0.0:
+        return np.zeros_like(weights)
+    if p == 1.0:
+        best = np.zeros_like(weights)
+        j = int(np.abs(weights).argmax())
+        best[j] = math.copysign(1.0, weights[j])
+        return best
+    powers = np.abs(weights / size) ** (conjugate(p) - 1.0)
+    return np.asarray(np.sign(weights) * powers / norm(powers, p))
+
+
+def _opposite(H: Floats, f: Floats, tol: Floats) -> list[int]:
+    """For each half-space the index of the one that leaves just its boundary plane, or -1."""
+    partner = [-1] * len(f)
+    cosines = H @ H.T
+    lengths = np.sqrt(np.diag(cosines))
+    pairs = (cosines <= -(1.0 - 1e-12) * np.outer(lengths, lengths)) & (
+        np.abs(f[:, None] / lengths[:, None] + f[None] / lengths[None]) <= tol[:, None]
+    )
+    for i, j in np.argwhere(np.triu(pairs, 1)).tolist():
+        if partner[i] < 0 and partner[j] < 0:
+            partner[i], partner[j] = j, i
+    return partner

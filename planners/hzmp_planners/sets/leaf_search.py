@@ -1,0 +1,115 @@
+"""Leaves of an arbitrary hybrid zonotope: an exact depth-first search over its binary factors."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.sparse import csc_array, csr_array, hstack
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners._convex_program import Block, ConvexProgram, Optimum, minimize
+from hzmp_planners.constants import RESIDUAL_TOL
+from hzmp_planners.errors import LimitError
+from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
+from hzmp_planners.sets.intervals import propagate
+
+if TYPE_CHECKING:
+    from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
+
+
+def admissible_choices(union: HybridZonotope, time_limit: float = math.inf) -> Iterator[Floats]:
+    """Every vector of binary factors for which continuous factors exist, each once; shape (nb,).
+
+    At each node interval arithmetic fixes the binaries that follow from the others; then the
+    linear relaxation either is proved infeasible, which closes the node, or proposes the binary
+    to branch on. Nothing is closed on a solver's word: see `_convex_program`.
+
+    Args:
+        union: the hybrid zonotope.
+        time_limit: [s].
+
+    Raises:
+        LimitError: the time is up and parts of the tree are still open.
+        SolverError: a relaxation ended without a verdict that holds.
+    """
+    deadline = time.perf_counter() + time_limit
+    A, b = scaled_rows(csr_array(hstack([union.Ac, union.Ab])), union.b)
+    binary = np.arange(union.ng + union.nb) >= union.ng
+    ones = np.ones(binary.size)
+    open_nodes = [(-ones, ones)]
+    found = 0
+    while open_nodes:
+        if time.perf_counter() > deadline:
+            raise LimitError(
+                f"the search for leaves found {found} in {time_limit:g} s and was not complete "
+                f"({len(open_nodes)} open nodes): allow more time"
+            )
+        bounds = propagate(A, b, *open_nodes.pop(), binary)
+        if bounds is None:
+            continue
+        lo, hi = bounds
+        relaxed = _relaxation(A, b, lo, hi)
+        if relaxed is None:
+            continue
+        free = binary & (hi - lo > 1.0)
+        if not free.any():
+            found += 1
+            yield lo[binary]
+            continue
+        values = (lo + hi) / 2.0
+        values[hi - lo > RESIDUAL_TOL] += relaxed.v * ((hi - lo) / 2.0)[hi - lo > RESIDUAL_TOL]
+        branch = int(np.where(free, np.abs(values), np.inf).argmin())
+        below, above = hi.copy(), lo.copy()
+        below[branch], above[branch] = -1.0, 1.0
+        children = [(lo, below), (above, hi)]
+        open_nodes += children if values[branch] > 0.0 else children[::-1]
+
+
+def leaf_of_choice(union: HybridZonotope, choice: Floats) -> ConstrainedZonotope:
+    """The leaf < Gc, c + Gb xi, Ac, b - Ab xi > (Bird et al. 2023, theorem 5), made compact.
+
+    Factors that the constraints fix are taken out while the matrices are still sparse, the rest
+    by `remove_redundancy`. An inconsistent choice gives an empty leaf.
+    """
+    c, offset = union.c + union.Gb @ choice, union.b - union.Ab @ choice
+    A, b = scaled_rows(csr_array(union.Ac), offset)
+    ones = np.ones(union.ng)
+    bounds = propagate(A, b, -ones, ones)
+    lo, hi = (-ones, ones) if bounds is None else bounds
+    middle, radius = (lo + hi) / 2.0, (hi - lo) / 2.0
+    free = np.flatnonzero(radius > RESIDUAL_TOL)
+    columns = csr_array(A[:, free].multiply(radius[free]))
+    rest = b - A @ middle
+    live = np.asarray(abs(columns).sum(axis=1)) > RESIDUAL_TOL
+    rows = np.flatnonzero(live | (np.abs(rest) > RESIDUAL_TOL))
+    G = union.Gc[:, free].toarray() * radius[free]
+    leaf = ConstrainedZonotope(G, c + union.Gc @ middle, columns[rows].toarray(), rest[rows])
+    return leaf.remove_redundancy()
+
+
+def scaled_rows(A: csr_array[np.float64], b: Floats) -> tuple[csr_array[np.float64], Floats]:
+    """Equations with rows scaled to unit size."""
+    sizes = abs(A).max(axis=1).toarray().ravel() if A.shape[1] else np.zeros(A.shape[0])
+    sizes[sizes == 0.0] = 1.0
+    return csr_array(A.multiply((1.0 / sizes)[:, None])), b / sizes
+
+
+def _relaxation(A: csr_array[np.float64], b: Floats, lo: Floats, hi: Floats) -> Optimum | None:
+    """A solution of A xi = b within the bounds, in units of them; None when there is none."""
+    middle, radius = (lo + hi) / 2.0, (hi - lo) / 2.0
+    free = np.flatnonzero(radius > RESIDUAL_TOL)
+    columns, rest = csr_array(A[:, free].multiply(radius[free])), b - A @ middle
+    live = np.asarray(abs(columns).sum(axis=1)) > RESIDUAL_TOL
+    if (np.abs(rest[~live]) > 10.0 * RESIDUAL_TOL).any():
+        return None
+    rows = np.flatnonzero(live)
+    program = ConvexProgram(
+        np.zeros(len(free)), csc_array(columns[rows]), rest[rows], (Block(len(free), math.inf),)
+    )
+    if not len(rows):
+        return Optimum(np.zeros(len(free)), 0.0, 0.0, np.zeros(0))
+    return minimize(program, "relaxation of a hybrid zonotope")

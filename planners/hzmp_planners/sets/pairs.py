@@ -1,0 +1,154 @@
+"""Operations on sets of any types: which type the result has, and its form."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.errors import ShapeError
+from hzmp_planners.sets import hybrid_operations
+from hzmp_planners.sets.base import Set
+from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
+from hzmp_planners.sets.convex_generators import ConstrainedConvexGenerator
+from hzmp_planners.sets.convex_set import ConvexSet
+from hzmp_planners.sets.ellipsotope import Ellipsotope
+from hzmp_planners.sets.form import GeneratorForm
+from hzmp_planners.sets.generator_set import GeneratorSet
+from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
+from hzmp_planners.sets.polytope import Polytope
+from hzmp_planners.sets.zonotope import Zonotope
+
+
+def linear_map(R: Floats, body: Set) -> Set:
+    """R times the set, of the same type; R of shape (m, n)."""
+    if R.shape[1] != body.n:
+        raise ShapeError(f"the matrix must have {body.n} columns for this set, got {R.shape}")
+    if isinstance(body, HybridZonotope):
+        return hybrid_operations.linear_map(R, body)
+    if isinstance(body, GeneratorSet):
+        mapped = type(body)._of_form(body.form.mapped(R))
+        if body._points is not None:
+            mapped._remember_points(body._points @ R.T)
+        return mapped
+    assert isinstance(body, Polytope)
+    if R.shape[0] == R.shape[1] and np.linalg.cond(R) < 1e8:  # also when it is unbounded
+        mapped_A = body.A @ np.linalg.inv(R)
+        if body._points is None:
+            return Polytope(mapped_A, body.b)
+        return Polytope.from_both_forms(mapped_A, body.b, body._points @ R.T)
+    points = body.vertices() @ R.T
+    return Polytope.from_vertices(points) if len(points) else Polytope.empty(len(R))
+
+
+def shift(body: Set, v: Floats) -> Set:
+    """The set moved by v (n,), of the same type."""
+    if isinstance(body, HybridZonotope):
+        return hybrid_operations.shift(body, v)
+    if isinstance(body, GeneratorSet):
+        moved = type(body)._of_form(body.form.shifted(v))
+        if body._points is not None:
+            moved._remember_points(body._points + v)
+        return moved
+    assert isinstance(body, Polytope)
+    b = body.b + body.A @ v
+    if body._points is None:
+        return Polytope(body.A, b)
+    return Polytope.from_both_forms(body.A, b, body._points + v)
+
+
+def minkowski_sum(one: Set, two: Set) -> Set:
+    """All sums of a point of one set and a point of the other.
+
+    Raises:
+        ShapeError: different dimensions, or no type holds the result.
+    """
+    _check_dimensions(one.n, two.n, "a Minkowski sum")
+    if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
+        return hybrid_operations.minkowski_sum(_as_hybrid(one), _as_hybrid(two))
+    assert isinstance(one, ConvexSet)
+    assert isinstance(two, ConvexSet)
+    if isinstance(one, Polytope) and isinstance(two, Polytope):
+        sums = (one.vertices()[:, None] + two.vertices()[None]).reshape(-1, one.n)
+        return Polytope.from_vertices(sums) if len(sums) else Polytope.empty(one.n)
+    return _typed(one.form.plus(two.form), one, two)
+
+
+def intersection(one: Set, two: Set, R: Floats | None = None) -> Set:
+    """Points z of one set with R z in the other (Scott et al. 2016, eq. 13); R = I unless given.
+
+    A polytope as the second set cuts by its half-spaces, bounded or not.
+
+    Raises:
+        ShapeError: shapes do not fit, or no type holds the result.
+    """
+    if R is not None and R.shape != (two.n, one.n):
+        raise ShapeError(f"R must have shape ({two.n}, {one.n}), got {R.shape}")
+    if R is None:
+        _check_dimensions(one.n, two.n, "an intersection")
+    if isinstance(one, Polytope) and R is None and not isinstance(two, Polytope):
+        one, two = two, one
+    if isinstance(two, Polytope):
+        H, f = (two.A if R is None else two.A @ R), two.b
+        if isinstance(one, HybridZonotope):
+            return hybrid_operations.cut(one, H, f)
+        if isinstance(one, Polytope):
+            return _stacked(one, H, f)
+        assert isinstance(one, GeneratorSet)
+        form = one.form.cut(H, f)
+        return ConstrainedZonotope._of_form(form) if form.is_polytopal else _typed(form, one, one)
+    if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
+        return hybrid_operations.intersection(_as_hybrid(one), _as_hybrid(two), R)
+    assert isinstance(one, ConvexSet)
+    assert isinstance(two, ConvexSet)
+    return _typed(one.form.meet(two.form, R), one, two)
+
+
+def cartesian_product(one: Set, two: Set) -> Set:
+    """Points (x, y) with x in one set and y in the other."""
+    if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
+        return hybrid_operations.cartesian_product(_as_hybrid(one), _as_hybrid(two))
+    assert isinstance(one, ConvexSet)
+    assert isinstance(two, ConvexSet)
+    if isinstance(one, Polytope) and isinstance(two, Polytope):
+        A = np.zeros((len(one.b) + len(two.b), one.n + two.n))
+        A[: len(one.b), : one.n], A[len(one.b) :, one.n :] = one.A, two.A
+        return Polytope(A, np.concatenate([one.b, two.b]))
+    return _typed(one.form.times(two.form), one, two)
+
+
+def _stacked(one: Polytope, H: Floats, f: Floats) -> Polytope:
+    """Half-spaces of both; rows of H that R has mapped to zero hold everywhere or nowhere."""
+    lengths = np.linalg.norm(H, axis=1)
+    idle = lengths <= 1e-12 * lengths.max(initial=1.0)
+    if (f[idle] < 0.0).any():
+        return Polytope.empty(one.n)
+    return Polytope(np.vstack([one.A, H[~idle]]), np.concatenate([one.b, f[~idle]]))
+
+
+def _typed(form: GeneratorForm, one: ConvexSet, two: ConvexSet) -> GeneratorSet:
+    """The smallest type for a form that is no narrower than those of the operands."""
+    kinds = {type(one), type(two)}
+    if kinds == {Zonotope} and not form.b.size:
+        return Zonotope._of_form(form)
+    if kinds <= {Zonotope, ConstrainedZonotope, Polytope}:
+        return ConstrainedZonotope._of_form(form)
+    if isinstance(one, Ellipsotope) and isinstance(two, Ellipsotope) and one.p == two.p:
+        return Ellipsotope._of_form(form)
+    return ConstrainedConvexGenerator._of_form(form)
+
+
+def _as_hybrid(body: Set) -> HybridZonotope:
+    if isinstance(body, HybridZonotope):
+        return body
+    assert isinstance(body, ConvexSet)
+    if not body.form.is_polytopal:
+        raise ShapeError(
+            f"no type holds a hybrid zonotope with a curved {type(body).__name__}: take its "
+            "enclosing_zonotope(), or combine it with each of the leaves()"
+        )
+    return HybridZonotope.from_convex(body)
+
+
+def _check_dimensions(one: int, two: int, what: str) -> None:
+    if one != two:
+        raise ShapeError(f"{what} needs sets of one dimension, got {one} and {two}")

@@ -1,0 +1,93 @@
+"""Pictures of sets on matplotlib axes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners.errors import ShapeError
+from hzmp_planners.sets.convex_set import ConvexSet
+from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
+from hzmp_planners.sets.sampling import spread_directions
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+
+    from hzmp_planners.sets.base import Set
+
+
+def plot(body: Set, ax: Any, style: dict[str, Any]) -> list[Artist]:
+    """Draw every convex part; see `Set.plot`. The first artist carries the label."""
+    if body.n not in (2, 3):
+        raise ShapeError(f"only sets in 2 or 3 dimensions can be drawn, got {body.n}")
+    parts = body.leaves() if isinstance(body, HybridZonotope) else (body,)
+    if not style.keys() & {"color", "facecolor", "fc"} and not isinstance(body, HybridZonotope):
+        style = {"color": ax._get_lines.get_next_color()} | style
+    style = {"alpha": 0.4} | style
+    artists: list[Artist] = []
+    for part in parts:
+        assert isinstance(part, ConvexSet)
+        if part.is_empty():
+            continue
+        own = dict(style)
+        if not style.keys() & {"color", "facecolor", "fc"}:
+            own["color"] = ax._get_lines.get_next_color()
+        artists.append((_draw_2d if body.n == 2 else _draw_3d)(part, ax, own))
+        style.pop("label", None)
+    ax.autoscale_view()
+    return artists
+
+
+def _outline(part: ConvexSet) -> Floats:
+    """Vertices, or support points in many directions where the set is curved."""
+    if part.form.is_polytopal:
+        return part.hull_points()
+    directions = spread_directions(part.n, 180 if part.n == 2 else 600)
+    return np.array([part.support_point(d) for d in directions])
+
+
+def _draw_2d(part: ConvexSet, ax: Any, style: dict[str, Any]) -> Artist:
+    points = _outline(part)
+    dimension = part.affine_dimension()
+    if dimension == 2:
+        return ax.fill(*points[ConvexHull(points).vertices].T, **style)[0]  # type: ignore[no-any-return]
+    marker = {"marker": "o"} if dimension == 0 else {}
+    return ax.plot(*points.T, **marker, **style)[0]  # type: ignore[no-any-return]
+
+
+def _draw_3d(part: ConvexSet, ax: Any, style: dict[str, Any]) -> Artist:
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    points = _outline(part)
+    hull = part.affine_hull()
+    if len(hull.basis) < 2:
+        return ax.plot(*points.T, marker="o", **style)[0]  # type: ignore[no-any-return]
+    if len(hull.basis) == 2:
+        flat = ConvexHull((points - hull.point) @ hull.basis.T)
+        polygons = [points[flat.vertices]]
+    else:
+        polygons = [_facet(points, facet) for facet in _coplanar(ConvexHull(points))]
+    lo, hi = points.min(axis=0), points.max(axis=0)
+    ax.auto_scale_xyz(*np.array([lo, hi]).T)
+    return ax.add_collection3d(Poly3DCollection(polygons, **style))  # type: ignore[no-any-return]
+
+
+def _coplanar(hull: ConvexHull) -> list[Ints]:
+    """Vertex indices of each facet, its triangles taken together."""
+    _, groups = np.unique(np.round(hull.equations, 8), axis=0, return_inverse=True)
+    groups = groups.ravel()
+    return [
+        np.unique(hull.simplices[groups == k]).astype(np.int64) for k in range(groups.max() + 1)
+    ]
+
+
+def _facet(points: Floats, facet: Ints) -> Floats:
+    """Corners of a planar facet in order."""
+    corners = points[facet]
+    offset = corners - corners.mean(axis=0)
+    axes = np.linalg.svd(offset)[2][:2]
+    flat = offset @ axes.T
+    return np.asarray(corners[np.argsort(np.arctan2(flat[:, 1], flat[:, 0]))])

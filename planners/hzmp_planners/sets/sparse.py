@@ -1,0 +1,48 @@
+"""Sparse matrices at the door, and blocks of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.sparse import block_array, csc_array
+
+from hzmp_planners.errors import ShapeError
+
+Matrix = csc_array[np.float64]
+
+
+def as_sparse(value: Any, name: str) -> Matrix:
+    """A finite, read-only compressed copy of a dense or sparse matrix.
+
+    Raises:
+        ShapeError: not a matrix of finite numbers.
+    """
+    try:
+        matrix = csc_array(value).astype(np.float64)
+    except (TypeError, ValueError) as error:
+        raise ShapeError(f"{name} must be a matrix of numbers: {error}") from error
+    if matrix.ndim != 2:
+        raise ShapeError(f"{name} must have 2 axes, got {matrix.ndim}")
+    if not np.isfinite(matrix.data).all():
+        raise ShapeError(f"{name} must be finite")
+    matrix.sum_duplicates()
+    matrix.sort_indices()
+    for part in (matrix.data, matrix.indices, matrix.indptr):
+        part.setflags(write=False)
+    return matrix
+
+
+def zeros(rows: int, columns: int) -> Matrix:
+    """A matrix of zeros."""
+    return csc_array((rows, columns), dtype=np.float64)
+
+
+def ones(rows: int, columns: int) -> Matrix:
+    """A matrix of ones."""
+    return csc_array(np.ones((rows, columns)))
+
+
+def stack(blocks: list[list[Any]]) -> Matrix:
+    """Blocks of dense or sparse matrices as one."""
+    return csc_array(block_array([[csc_array(block) for block in row] for row in blocks]))

@@ -1,0 +1,215 @@
+"""Building unions of convex sets, and what asks for their leaves together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.sparse import csc_array, csr_array, eye_array
+from scipy.spatial import cKDTree
+
+from hzmp_planners._arrays import Floats, frozen
+from hzmp_planners._links import component_labels
+from hzmp_planners.constants import SET_TOL
+from hzmp_planners.errors import ShapeError
+from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
+from hzmp_planners.sets.leaf_table import LeafTable, StackedPoints
+from hzmp_planners.sets.polytope import Polytope
+from hzmp_planners.sets.sparse import Matrix, as_sparse, ones, stack, zeros
+from hzmp_planners.sets.subtraction import subtract
+
+if TYPE_CHECKING:
+    from hzmp_planners.sets.convex_set import ConvexSet
+    from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
+
+HybridParts = tuple[Matrix, Matrix, Floats, Matrix, Matrix, Floats, Callable[[], LeafTable]]
+"""Gc, Gb, c, Ac, Ab, b and the source of the leaves."""
+
+
+def of_vertices(vertices: Floats, incidence: Matrix) -> HybridParts:
+    """The V-rep form; see `HybridZonotope.from_vertices`."""
+    nv, n = vertices.shape
+    if n == 0:
+        raise ShapeError("V must have at least one column: a set needs a space")
+    if incidence.shape[0] != nv:
+        raise ShapeError(f"M must have {nv} rows, one a vertex, got {incidence.shape[0]}")
+    if not np.isin(incidence.data, (0.0, 1.0)).all():
+        raise ShapeError("M must hold only 0 and 1")
+    M = incidence.copy()
+    M.eliminate_zeros()
+    counts = np.diff(M.indptr)
+    if (counts == 0).any():
+        raise ShapeError(f"column {int(np.argmin(counts))} of M selects no vertex")
+    N = M.shape[1]
+    half = eye_array(nv, format="csc") / 2.0
+    blank = zeros(1, nv)
+    Ac = stack([[ones(1, nv), blank], [blank, blank], [half, half]])
+    Ab = stack([[zeros(1, N)], [ones(1, N)], [-M / 2.0]])
+    degree = np.bincount(M.indices, minlength=nv)
+    b = np.concatenate([[2.0 - nv, 2.0 - N], degree / 2.0 - 1.0])
+    Gc = stack([[vertices.T / 2.0, zeros(n, nv)]])
+    points = StackedPoints(frozen(vertices[M.indices]), frozen(M.indptr[:-1].astype(np.int64)))
+
+    stops = M.indptr.tolist()
+
+    def make(leaf: int) -> ConstrainedZonotope:
+        return ConstrainedZonotope.of_known_vertices(points.points[stops[leaf] : stops[leaf + 1]])
+
+    def source() -> LeafTable:
+        return LeafTable(csr_array(eye_array(N, dtype=np.bool_)), make, points)
+
+    return Gc, zeros(n, N), vertices.sum(axis=0) / 2.0, Ac, Ab, b, source
+
+
+def merged_vertices(bodies: Sequence[ConvexSet]) -> tuple[Floats, csc_array[Any]]:
+    """Distinct vertices (nv, n) of bounded polytopal sets, and their incidence (nv, N)."""
+    if not bodies:
+        raise ShapeError("a union needs at least one set")
+    if len({body.n for body in bodies}) > 1:
+        raise ShapeError(f"a union needs sets of one dimension, got {[body.n for body in bodies]}")
+    corners = [body.vertices() for body in bodies]
+    corners = [points for points in corners if len(points)]
+    if not corners:
+        return np.zeros((0, bodies[0].n)), csc_array((0, 0))
+    points = np.concatenate(corners)
+    size = float(np.ptp(points, axis=0).max())
+    pairs = cKDTree(points).query_pairs(1e-11 * size, output_type="ndarray")
+    labels = component_labels(pairs.astype(np.int64), len(points))
+    _, first, rows = np.unique(labels, return_index=True, return_inverse=True)
+    columns = np.repeat(np.arange(len(corners)), [len(c) for c in corners])
+    entries = np.unique(np.column_stack([rows, columns]), axis=0)
+    shape = (len(first), len(corners))
+    M = csc_array((np.ones(len(entries)), (entries[:, 0], entries[:, 1])), shape=shape)
+    return points[first], M
+
+
+def disaggregated(parts: Sequence[HybridZonotope]) -> HybridParts:
+    r"""Union in which each set keeps its factors and has a binary of its own.
+
+    In 0/1 factors, set i is switched by :math:`\beta_i`: :math:`x = \sum_i 2 G_i \zeta_i + c'_i
+    \beta_i`, :math:`2 A_i \zeta_i = b'_i \beta_i`, :math:`1^T\zeta_i + m_i s_i = m_i \beta_i` (all
+    factors of an unchosen set are 0), :math:`1^T\beta = 1`; binaries of the sets are treated like
+    their other factors.
+    """
+    if len({part.n for part in parts}) != 1:
+        raise ShapeError(f"a union needs sets of one dimension, got {[part.n for part in parts]}")
+    N, n = len(parts), parts[0].n
+    Gc, Gb, shifts = [], [], np.zeros((n, N))
+    rows: list[list[Any]] = []
+    binaries: list[list[Any]] = []
+    for i, part in enumerate(parts):
+        shifts[:, i] = part.c - part.Gc.sum(axis=1) - part.Gb.sum(axis=1)
+        offset = part.b + part.Ac.sum(axis=1) + part.Ab.sum(axis=1)
+        m = part.ng + part.nb
+        Gc.append(stack([[2.0 * part.Gc, zeros(n, 1)]]))
+        Gb.append(2.0 * part.Gb)
+        tops: list[Any] = [zeros(part.nc + 1, p.ng + 1) for p in parts]
+        tops[i] = stack([[2.0 * part.Ac, zeros(part.nc, 1)], [ones(1, part.ng), [[float(m)]]]])
+        rows.append(tops)
+        switches = np.zeros((part.nc + 1, N))
+        switches[:, i] = np.append(-offset, -float(m))
+        own: list[Any] = [zeros(part.nc + 1, p.nb) for p in parts]
+        own[i] = stack([[2.0 * part.Ab], [ones(1, part.nb)]])
+        binaries.append([*own, switches])
+    rows.append([zeros(1, p.ng + 1) for p in parts])
+    binaries.append([*(zeros(1, p.nb) for p in parts), np.ones((1, N))])
+    b = np.zeros(1 + sum(part.nc + 1 for part in parts))
+    b[-1] = 1.0
+    matrices = _signed(stack([Gc]), stack([[*Gb, shifts]]), stack(rows), stack(binaries), b)
+
+    def source() -> LeafTable:
+        choices: list[Matrix] = []
+        leaves: list[ConstrainedZonotope] = []
+        start = 0
+        for i, part in enumerate(parts):
+            table = part.leaf_table
+            width = sum(p.nb for p in parts) + N
+            count = len(table)
+            rest = zeros(count, width - N - part.nb - start)
+            switch = np.zeros((count, N))
+            switch[:, i] = 1.0
+            choices.append(stack([[zeros(count, start), table.choices, rest, switch]]))
+            leaves += table.parts
+            start += part.nb
+        stacked = csr_array(stack([[choice] for choice in choices]) > 0.5)
+        return LeafTable(stacked, leaves.__getitem__)
+
+    return *matrices, source
+
+
+def _signed(
+    Gc: Matrix, Gb: Matrix, Ac: Matrix, Ab: Matrix, b: Floats
+) -> tuple[Matrix, Matrix, Floats, Matrix, Matrix, Floats]:
+    """A form without centre from 0/1 factors to -1/1 factors: z = (1 + xi) / 2."""
+    c = (Gc.sum(axis=1) + Gb.sum(axis=1)) / 2.0
+    offset = b - (Ac.sum(axis=1) + Ab.sum(axis=1)) / 2.0
+    half = [as_sparse(block / 2.0, "a block") for block in (Gc, Gb, Ac, Ab)]
+    return half[0], half[1], c, half[2], half[3], offset
+
+
+def box_distances(union: HybridZonotope, box: tuple[Floats, Floats]) -> Floats:
+    """Distance of a box (lo, hi) to the box of each leaf [m], shape (N,)."""
+    lo, hi = union.leaf_table.stack.boxes
+    gap = np.maximum(0.0, np.maximum(lo - box[1], box[0] - hi))
+    return np.asarray(np.linalg.norm(gap, axis=1))
+
+
+def remainder(body: Polytope, union: HybridZonotope) -> list[Polytope]:
+    """Convex pieces of the body outside all leaves."""
+    if not len(union.leaf_table):
+        return [body]
+    room = SET_TOL * body.form.size
+    near = np.flatnonzero(box_distances(union, body.interval_hull()) <= room)
+    return subtract(body, (union.leaf_table.part(i).to_polytope() for i in near.tolist()))
+
+
+def disjoint_pieces(union: HybridZonotope) -> list[Polytope]:
+    """Convex pieces with disjoint interiors whose union is the union of the leaves."""
+    pieces: list[Polytope] = []
+    leaves = [leaf.to_polytope() for leaf in union.leaves()]
+    if not leaves:
+        return []
+    lo, hi = union.leaf_table.stack.boxes
+    for i, leaf in enumerate(leaves):
+        near = (lo[:i] < hi[i]).all(axis=1) & (hi[:i] > lo[i]).all(axis=1)
+        if near.any():
+            pieces += subtract(leaf, (leaves[j] for j in np.flatnonzero(near).tolist()))
+        else:
+            pieces.append(leaf)
+    return pieces
+
+
+def sample(union: HybridZonotope, count: int, rng: np.random.Generator) -> Floats:
+    """Uniform points of the leaves of largest dimension; see `HybridZonotope.sample`."""
+    leaves = union.leaves()
+    if not leaves:
+        raise ShapeError("an empty set has no points to sample")
+    dimensions = [leaf.affine_dimension() for leaf in leaves]
+    top = [leaf for leaf, d in zip(leaves, dimensions, strict=True) if d == max(dimensions)]
+    measures = np.array([_measure(leaf) for leaf in top])
+    lo = np.array([leaf.interval_hull()[0] for leaf in top])
+    hi = np.array([leaf.interval_hull()[1] for leaf in top])
+    kept: list[Floats] = []
+    found = 0
+    while found < count:
+        drawn = np.bincount(rng.choice(len(top), count - found, p=measures / measures.sum()))
+        blocks = [top[i].sample(int(k), rng) for i, k in enumerate(drawn.tolist()) if k]
+        points = np.concatenate(blocks)
+        holders = np.zeros(len(points))
+        for i, leaf in enumerate(top):
+            near = ((points >= lo[i]) & (points <= hi[i])).all(axis=1)
+            holders[near] += leaf.contains(points[near])
+        points = points[rng.random(len(points)) * np.maximum(holders, 1.0) < 1.0]
+        kept.append(points)
+        found += len(points)
+    return rng.permutation(np.concatenate(kept)[:count])
+
+
+def _measure(leaf: ConstrainedZonotope) -> float:
+    """Volume in the leaf's own affine hull; 1 for a point."""
+    hull = leaf.affine_hull()
+    if not len(hull.basis):
+        return 1.0
+    flat = (leaf.hull_points() - hull.point) @ hull.basis.T
+    return Polytope.from_vertices(flat).volume()
