@@ -14,7 +14,7 @@ from hzmp_planners.sets.form import Ball, GeneratorForm, join_balls
 from hzmp_planners.sets.generator_set import GeneratorSet, checked_form
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class ConstrainedZonotope(GeneratorSet):
     r""":math:`Z = \{c + G \xi : \|\xi\|_\infty \le 1,\ A \xi = b\}`."""
 
@@ -27,10 +27,8 @@ class ConstrainedZonotope(GeneratorSet):
     b: Floats
     """Constraint offsets, shape (nc,)."""
 
-    def __post_init__(self) -> None:
-        G, c, A, b = checked_form(self.G, self.c, self.A, self.b)
-        for name, value in (("G", G), ("c", c), ("A", A), ("b", b)):
-            object.__setattr__(self, name, value)
+    def __init__(self, G: ArrayLike, c: ArrayLike, A: ArrayLike, b: ArrayLike) -> None:
+        vars(self).update(zip("GcAb", checked_form(G, c, A, b), strict=True))
 
     @classmethod
     def from_vertices(cls, V: ArrayLike) -> ConstrainedZonotope:

@@ -18,7 +18,7 @@ from hzmp_planners._convex_program import Block, ConvexProgram, Optimum, minimiz
 from hzmp_planners.constants import SET_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.convex_set import ConvexSet
-from hzmp_planners.sets.form import GeneratorForm, nearest_points
+from hzmp_planners.sets.form import GeneratorForm
 
 
 class ContactKind(enum.Enum):
@@ -44,7 +44,7 @@ class Contact:
     distance: float
     """Least distance of the sets [m]; 0 unless apart."""
     slack: float
-    """The largest delta of corollary 3.3 on compact leaves; -inf when the sets are far apart."""
+    """The largest delta of corollary 3.3 on compact leaves; -inf when apart."""
 
 
 def contact(one: ConvexSet, two: ConvexSet) -> Contact:
@@ -136,35 +136,31 @@ def _polytopal_contact(one: ConvexSet, two: ConvexSet) -> Contact:
     first, second = one.hull_points(), two.hull_points()
     origin = (first.mean(axis=0) + second.mean(axis=0)) / 2.0
     unit = max(float(np.abs(np.concatenate([first, second]) - origin).max()), 1e-300)
+    parted = _parted(one, two, unit)
+    if parted is not None:
+        return parted
     faces = (first - origin) / unit, (second - origin) / unit
     top = meeting = _meeting(*faces)
-    if meeting is None or meeting.slack < -SET_TOL:
-        parted = _parted(one, two, unit, -math.inf if meeting is None else meeting.slack)
+    if top is not None and top.slack < -SET_TOL:  # the nearest pair's direction was not exact
+        parted = _parted(one, two, unit, top.normal)
         if parted is not None:
             return parted
-    normal: Floats | None = None
-    for _ in range(one.n + 1):
+    for _ in range(one.n):
         if meeting is None or meeting.slack > SET_TOL:
             break
         reduced = _supporting_faces(*faces, meeting.normal)
-        if normal is None:
-            normal = meeting.normal
         if reduced is None:
             break
         faces = reduced
         meeting = _meeting(*faces)
-    if top is None or meeting is None or meeting.slack < -SET_TOL:
-        return _closest_contact(one, two, top)
-    if meeting.slack > SET_TOL:
-        dimension = _common_dimension(*faces)
-    else:
-        dimension = max(one.intersection(two).affine_dimension(), 0)
+    if top is None or meeting is None or meeting.slack <= SET_TOL:
+        return _closest_contact(one, two)
     overlaps = top.slack > SET_TOL
     return Contact(
         ContactKind.OVERLAPPING if overlaps else ContactKind.TOUCHING,
-        dimension,
+        _common_dimension(*faces),
         origin + unit * meeting.point,
-        None if overlaps else normal,
+        None if overlaps else top.normal,
         0.0,
         2.0 * top.slack,
     )
@@ -227,35 +223,34 @@ def _rank(rows: Floats) -> int:
     return int((np.linalg.svd(rows, compute_uv=False) > 10.0 * SET_TOL).sum()) if len(rows) else 0
 
 
-def _parted(one: ConvexSet, two: ConvexSet, unit: float, slack: float) -> Contact | None:
-    """The verdict apart, with the nearest pair's direction; None if that is within tolerance.
+def _parted(
+    one: ConvexSet, two: ConvexSet, unit: float, normal: Floats | None = None
+) -> Contact | None:
+    """The verdict apart, if a slab between supporting planes proves it.
 
-    The distance is the width of the slab between the supporting planes, a proof by itself.
+    Across the direction of the nearest pair the slab is as wide as the distance. For curved sets
+    that direction is inexact where the gap is narrow: then the given normal may prove more.
     """
-    pair = nearest_points(one.form, two.form)
-    assert pair is not None
+    pair = one.nearest_points(two)
     gap = pair[1] - pair[0]
     length = float(np.linalg.norm(gap))
-    if length <= SET_TOL * unit:
+    candidates = [gap / max(length, 1e-300)] + ([] if normal is None else [normal])
+    slabs = [-two.support(-d) - one.support(d) for d in candidates]
+    best = int(np.argmax(slabs))
+    if slabs[best] <= SET_TOL * unit:
         return None
-    normal = gap / length
-    slab = -two.support(-normal) - one.support(normal)
-    if slab <= SET_TOL * unit:
-        return None
-    return Contact(ContactKind.APART, -1, None, normal, length, min(2.0 * slack, 0.0))
+    distance = max(length, slabs[best])
+    return Contact(ContactKind.APART, -1, None, candidates[best], distance, -math.inf)
 
 
-def _closest_contact(one: ConvexSet, two: ConvexSet, top: _Meeting | None) -> Contact:
-    """Sets nearer than the tolerance, whose slack program cannot say more."""
-    pair = nearest_points(one.form, two.form)
-    assert pair is not None
+def _closest_contact(one: ConvexSet, two: ConvexSet) -> Contact:
+    """Sets nearer than the tolerance, where the slack program cannot say more."""
+    pair = one.nearest_points(two)
     gap = pair[1] - pair[0]
-    length = float(np.linalg.norm(gap))
-    normal = gap / length if length > 0.0 else np.zeros(one.n)
-    slack = -math.inf if top is None else 2.0 * top.slack
+    normal = gap / max(float(np.linalg.norm(gap)), 1e-300)
     dimension = max(one.intersection(two).affine_dimension(), 0)
     point = (pair[0] + pair[1]) / 2.0
-    return Contact(ContactKind.TOUCHING, dimension, point, normal, 0.0, slack)
+    return Contact(ContactKind.TOUCHING, dimension, point, normal, 0.0, 0.0)
 
 
 def _curved_contact(one: ConvexSet, two: ConvexSet) -> Contact:
@@ -263,21 +258,18 @@ def _curved_contact(one: ConvexSet, two: ConvexSet) -> Contact:
     unit = max(one.form.size, two.form.size)
     slack = -math.inf if found is None else -found.value
     if slack < 10.0 * SET_TOL:
-        parted = _parted(one, two, unit, slack)
+        normal = None if found is None else _multiplier_normal(one, two, found)
+        parted = _parted(one, two, unit, normal)
         if parted is not None:
             return parted
     if found is None:
-        return _closest_contact(one, two, None)
+        return _closest_contact(one, two)
     point = one.form.point(_first_factors(one.form, found.v))
     if slack > 1e-7:  # conic programs are less exact than linear ones
         bases = one.affine_hull().basis, two.affine_hull().basis
         dimension = len(bases[0]) + len(bases[1]) - _rank(np.vstack(bases))
         return Contact(ContactKind.OVERLAPPING, dimension, point, None, 0.0, slack)
-    rows = one.form.b.size + two.form.b.size
-    normal = found.y[rows : rows + one.n]
-    normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
-    if one.support(normal) + two.support(-normal) > one.support(-normal) + two.support(normal):
-        normal = -normal
+    normal = _multiplier_normal(one, two, found)
     # An ellipsoid touches a plane in one point; other curved sets are intersected.
     strictly = any(
         body.form.is_ellipsoid and body.form.reaches(normal[None])[0] > 1e-6 * unit
@@ -285,6 +277,16 @@ def _curved_contact(one: ConvexSet, two: ConvexSet) -> Contact:
     )
     dimension = 0 if strictly else max(one.intersection(two).affine_dimension(), 0)
     return Contact(ContactKind.TOUCHING, dimension, point, normal, 0.0, slack)
+
+
+def _multiplier_normal(one: ConvexSet, two: ConvexSet, found: Optimum) -> Floats:
+    """The multipliers of the common point: normal of a plane that separates as well as can be."""
+    rows = one.form.b.size + two.form.b.size
+    normal = found.y[rows : rows + one.n]
+    normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
+    if one.support(normal) + two.support(-normal) > one.support(-normal) + two.support(normal):
+        normal = -normal
+    return np.asarray(normal)
 
 
 def _first_factors(form: GeneratorForm, v: Floats) -> Floats:

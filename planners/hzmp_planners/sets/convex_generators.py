@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
+
+from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import ShapeError
@@ -12,7 +14,7 @@ from hzmp_planners.sets.form import Ball, GeneratorForm, join_balls
 from hzmp_planners.sets.generator_set import GeneratorSet, checked_form
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class ConstrainedConvexGenerator(GeneratorSet):
     r""":math:`\{c + G \xi : A \xi = b,\ \|\xi_k\|_{p_k} \le 1\}` for blocks :math:`\xi_k`."""
 
@@ -24,19 +26,25 @@ class ConstrainedConvexGenerator(GeneratorSet):
     """Constraint matrix, shape (nc, ng)."""
     b: Floats
     """Constraint offsets, shape (nc,)."""
-    balls: Sequence[Ball] = field(default=())
+    balls: tuple[Ball, ...]
     """Size and norm p of each block of factors, in order: inf for a box, 2 for a ball."""
 
-    def __post_init__(self) -> None:
-        G, c, A, b = checked_form(self.G, self.c, self.A, self.b)
-        balls = tuple(Ball(int(size), float(p)) for size, p in self.balls)
-        covered = sum(ball.size for ball in balls)
-        if covered != G.shape[1] or any(ball.size < 0 for ball in balls):
-            raise ShapeError(f"balls must cover the {G.shape[1]} generators once, got {balls}")
-        if not all(ball.p >= 1.0 for ball in balls):
-            raise ShapeError(f"the norms p of the balls must be at least 1, got {balls}")
-        for name, value in (("G", G), ("c", c), ("A", A), ("b", b), ("balls", balls)):
-            object.__setattr__(self, name, value)
+    def __init__(
+        self,
+        G: ArrayLike,
+        c: ArrayLike,
+        A: ArrayLike | None,
+        b: ArrayLike | None,
+        balls: Iterable[tuple[int, float]],
+    ) -> None:
+        matrices = checked_form(G, c, A, b)
+        blocks = tuple(Ball(int(size), float(p)) for size, p in balls)
+        ng = matrices[0].shape[1]
+        if sum(ball.size for ball in blocks) != ng or any(ball.size < 0 for ball in blocks):
+            raise ShapeError(f"balls must cover the {ng} generators once, got {blocks}")
+        if not all(ball.p >= 1.0 for ball in blocks):
+            raise ShapeError(f"the norms p of the balls must be at least 1, got {blocks}")
+        vars(self).update(zip("GcAb", matrices, strict=True), balls=blocks)
 
     def _make_form(self) -> GeneratorForm:
         return GeneratorForm(self.G, self.c, self.A, self.b, join_balls(self.balls, ()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.base import Set
 from hzmp_planners.sets.ellipsoids import ellipsoid_reach, sample_ellipsoid
 from hzmp_planners.sets.form import GeneratorForm, nearest_points
+from hzmp_planners.sets.nearest import nearest_of_hulls
 from hzmp_planners.sets.sampling import sample_by_rejection, sample_hull
 from hzmp_planners.sets.support_hull import support_hull
 
@@ -74,16 +76,42 @@ class ConvexSet(Set):
         return np.asarray(self._points[int((self._points @ d).argmax())])
 
     def project(self, x: ArrayLike) -> Floats:
-        """A point of the set nearest to x (n,), shape (n,): a second-order cone program.
+        """A point of the set nearest to x (n,), shape (n,).
 
         Raises:
             ShapeError: the set is empty.
             SolverError: no verdict that holds.
         """
-        found = self.form.nearest_point(as_point(x, "x", self.n))
+        point = as_point(x, "x", self.n)
+        if self._points is not None and len(self._points):
+            pair = nearest_of_hulls(self._points, point[None])
+            if pair is not None:
+                return pair[0]
+        found = self.form.nearest_point(point)
         if found is None:
             raise ShapeError("an empty set has no nearest point")
         return found
+
+    def nearest_points(self, other: ConvexSet) -> tuple[Floats, Floats]:
+        """A point of this set and one of the other at the least distance, each (n,).
+
+        Where the points whose hulls they are are known, by Wolfe's algorithm to round-off; else,
+        or if that proves nothing, by a second-order cone program.
+
+        Raises:
+            ShapeError: one of the sets is empty, or different dimensions.
+            SolverError: no verdict that holds.
+        """
+        self._check_dimension(other)
+        pair = None
+        first, second = self._points, other._points
+        if first is not None and second is not None and len(first) and len(second):
+            pair = nearest_of_hulls(first, second)
+        if pair is None:
+            pair = nearest_points(self.form, other.form)
+        if pair is None:
+            raise ShapeError("an empty set has no nearest points")
+        return pair
 
     def distance(self, other: Set | ArrayLike) -> float:
         """Least Euclidean distance to a set or a point [m]; inf when one of them is empty.
@@ -93,16 +121,13 @@ class ConvexSet(Set):
         """
         if not isinstance(other, Set):
             point = as_point(other, "the point", self.n)
-            return (
-                float("inf")
-                if self.is_empty()
-                else float(np.linalg.norm(self.project(point) - point))
-            )
+            return math.inf if self.is_empty() else math.dist(self.project(point), point)
         if not isinstance(other, ConvexSet):
             return other.distance(self)
         self._check_dimension(other)
-        pair = nearest_points(self.form, other.form)
-        return float("inf") if pair is None else float(np.linalg.norm(pair[1] - pair[0]))
+        if self.is_empty() or other.is_empty():
+            return math.inf
+        return math.dist(*self.nearest_points(other))
 
     def contains_set(self, inner: Set) -> bool:
         """Whether every point of `inner` is a point of this set, up to 1e-9 of its size.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Ellipsotope(GeneratorSet):
     r""":math:`E = \{c + G \xi : \|\xi_J\|_p \le 1\ \forall J \in \mathcal{I},\ A \xi = b\}`.
 
@@ -33,28 +33,33 @@ class Ellipsotope(GeneratorSet):
     """Generators, shape (n, ng)."""
     c: Floats
     """Centre, shape (n,)."""
-    A: Floats | None = None
-    """Constraint matrix, shape (nc, ng); none unless given."""
-    b: Floats | None = None
+    A: Floats
+    """Constraint matrix, shape (nc, ng)."""
+    b: Floats
     """Constraint offsets, shape (nc,)."""
-    groups: Sequence[Sequence[int]] | None = None
-    """The index set: groups of generator indices that cover each index once; one group unless
-    given."""
-    p: float = 2.0
+    groups: tuple[tuple[int, ...], ...]
+    """The index set: groups of generator indices that hold each index once."""
+    p: float
     """Norm of every group, at least 1."""
 
-    def __post_init__(self) -> None:
-        G, c, A, b = checked_form(self.G, self.c, self.A, self.b)
-        ng = G.shape[1]
-        groups = [range(ng)] if self.groups is None else self.groups
-        indices = tuple(tuple(int(j) for j in group) for group in groups if len(group))
+    def __init__(
+        self,
+        G: ArrayLike,
+        c: ArrayLike,
+        A: ArrayLike | None = None,
+        b: ArrayLike | None = None,
+        groups: Iterable[Iterable[int]] | None = None,
+        p: float = 2.0,
+    ) -> None:
+        matrices = checked_form(G, c, A, b)
+        ng = matrices[0].shape[1]
+        given = [range(ng)] if groups is None else groups
+        indices = tuple(group for group in (tuple(map(int, group)) for group in given) if group)
         if sorted(j for group in indices for j in group) != list(range(ng)):
             raise ShapeError(f"groups must hold each index from 0 to {ng - 1} once, got {indices}")
-        if not self.p >= 1.0:
-            raise ShapeError(f"p must be at least 1, got {self.p}")
-        fields = {"G": G, "c": c, "A": A, "b": b, "groups": indices, "p": float(self.p)}
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
+        if not p >= 1.0:
+            raise ShapeError(f"p must be at least 1, got {p}")
+        vars(self).update(zip("GcAb", matrices, strict=True), groups=indices, p=float(p))
 
     @classmethod
     def from_shape_matrix(cls, Q: ArrayLike, c: ArrayLike) -> Ellipsotope:
@@ -101,9 +106,6 @@ class Ellipsotope(GeneratorSet):
         return cls(G, (s + g) / 2.0)
 
     def _make_form(self) -> GeneratorForm:
-        assert self.A is not None
-        assert self.b is not None
-        assert self.groups is not None
         order = [j for group in self.groups for j in group]
         balls = join_balls([Ball(len(group), self.p) for group in self.groups], ())
         return GeneratorForm(self.G[:, order], self.c, self.A[:, order], self.b, balls)
@@ -153,9 +155,6 @@ class Ellipsotope(GeneratorSet):
         return classify(self, leaves)
 
     def _fields(self) -> dict[str, Any]:
-        assert self.A is not None
-        assert self.b is not None
-        assert self.groups is not None
         return {
             "G": self.G.tolist(),
             "c": self.c.tolist(),

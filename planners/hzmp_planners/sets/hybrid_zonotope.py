@@ -22,12 +22,12 @@ from hzmp_planners.sets.convex_set import ConvexSet
 from hzmp_planners.sets.leaf_search import admissible_choices, leaf_of_choice
 from hzmp_planners.sets.leaf_table import LeafTable
 from hzmp_planners.sets.polytope import Polytope
-from hzmp_planners.sets.sparse import Matrix, as_sparse
+from hzmp_planners.sets.sparse import Matrix, MatrixLike, as_sparse
 
 LeafSource = Callable[[], LeafTable]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class HybridZonotope(Set):
     r"""Union of constrained zonotopes, one for each admissible choice of the binary factors.
 
@@ -53,30 +53,32 @@ class HybridZonotope(Set):
     """Binary constraint matrix, shape (nc, nb)."""
     b: Floats
     """Constraint offsets, shape (nc,)."""
-    _source: LeafSource | None = field(default=None, repr=False)
+    _source: LeafSource | None = field(repr=False)
 
-    def __post_init__(self) -> None:
-        c, b = as_floats(self.c, "c", 1), as_floats(self.b, "b", 1)
-        if c.size == 0:
+    def __init__(
+        self,
+        Gc: MatrixLike,
+        Gb: MatrixLike,
+        c: ArrayLike,
+        Ac: MatrixLike,
+        Ab: MatrixLike,
+        b: ArrayLike,
+        _source: LeafSource | None = None,
+    ) -> None:
+        centre, offsets = as_floats(c, "c", 1), as_floats(b, "b", 1)
+        if centre.size == 0:
             raise ShapeError("c must have at least one coordinate: a set needs a space")
-        Gc, Gb = as_sparse(self.Gc, "Gc"), as_sparse(self.Gb, "Gb")
-        Ac, Ab = as_sparse(self.Ac, "Ac"), as_sparse(self.Ab, "Ab")
-        ng, nb = Gc.shape[1], Gb.shape[1]
-        expected = {
-            "Gc": (Gc, (c.size, ng)),
-            "Gb": (Gb, (c.size, nb)),
-            "Ac": (Ac, (b.size, ng)),
-            "Ab": (Ab, (b.size, nb)),
-        }
-        for name, (matrix, shape) in expected.items():
-            if matrix.shape != shape:
-                raise ShapeError(f"{name} must have shape {shape}, got {matrix.shape}")
-            object.__setattr__(self, name, matrix)
-        object.__setattr__(self, "c", c)
-        object.__setattr__(self, "b", b)
+        blocks = {"Gc": Gc, "Gb": Gb, "Ac": Ac, "Ab": Ab}
+        matrices = {name: as_sparse(block, name) for name, block in blocks.items()}
+        n, nc = centre.size, offsets.size
+        ng, nb = matrices["Gc"].shape[1], matrices["Gb"].shape[1]
+        for name, shape in zip(blocks, ((n, ng), (n, nb), (nc, ng), (nc, nb)), strict=True):
+            if matrices[name].shape != shape:
+                raise ShapeError(f"{name} must have shape {shape}, got {matrices[name].shape}")
+        vars(self).update(matrices, c=centre, b=offsets, _source=_source)
 
     @classmethod
-    def from_vertices(cls, V: ArrayLike, M: ArrayLike | csc_array[Any]) -> HybridZonotope:
+    def from_vertices(cls, V: ArrayLike, M: MatrixLike) -> HybridZonotope:
         r"""Union of the convex hulls that the columns of M select from the rows of V.
 
         With 0/1 factors: :math:`x = V^T\lambda,\ 1^T\lambda = 1,\ 1^T\beta = 1,\

@@ -21,7 +21,7 @@ from hzmp_planners.sets.form import GeneratorForm
 from hzmp_planners.sets.vertex_enumeration import inscribed_ball, vertices_of
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Polytope(ConvexSet):
     r"""Convex polytope :math:`P = \{x : A x \le b\}` with unit facet normals.
 
@@ -35,19 +35,20 @@ class Polytope(ConvexSet):
     b: Floats
     """Offsets [m], shape (m,)."""
 
-    def __post_init__(self) -> None:
-        A, b = as_floats(self.A, "A", 2), as_floats(self.b, "b", 1)
-        if A.shape[0] != b.shape[0]:
-            raise ShapeError(f"A has {A.shape[0]} rows but b has {b.shape[0]} entries")
-        if A.size == 0:
-            raise ShapeError(f"A must have at least one row and one column, got shape {A.shape}")
-        norms = np.linalg.norm(A, axis=1)
+    def __init__(self, A: ArrayLike, b: ArrayLike) -> None:
+        normals, offsets = as_floats(A, "A", 2), as_floats(b, "b", 1)
+        if normals.shape[0] != offsets.shape[0]:
+            raise ShapeError(f"A has {normals.shape[0]} rows but b has {offsets.shape[0]} entries")
+        if normals.size == 0:
+            raise ShapeError(
+                f"A must have at least one row and one column, got shape {normals.shape}"
+            )
+        norms = np.linalg.norm(normals, axis=1)
         if (norms == 0.0).any():
             raise ShapeError(f"row {int(np.argmin(norms))} of A is zero: not a half-space")
         if not np.allclose(norms, 1.0, rtol=0.0, atol=1e-12):
-            A, b = A / norms[:, None], b / norms
-        object.__setattr__(self, "A", frozen(A))
-        object.__setattr__(self, "b", frozen(b))
+            normals, offsets = normals / norms[:, None], offsets / norms
+        vars(self).update(A=frozen(normals), b=frozen(offsets))
 
     @classmethod
     def from_box(cls, lo: ArrayLike, hi: ArrayLike) -> Polytope:
@@ -115,7 +116,7 @@ class Polytope(ConvexSet):
             ShapeError: shapes do not fit, a row is zero, or there is no row at all.
         """
         if A_eq is None or b_eq is None:
-            return cls(as_floats(A, "A", 2), as_floats(b, "b", 1))
+            return cls(A, b)
         E, e = as_floats(A_eq, "A_eq", 2), as_floats(b_eq, "b_eq", 1)
         H, f = (
             (np.zeros((0, E.shape[1])), np.zeros(0))

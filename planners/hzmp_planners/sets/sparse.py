@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.sparse import block_array, csc_array
+from numpy.typing import ArrayLike
+from scipy.sparse import block_array, csc_array, sparray
 
 from hzmp_planners.errors import ShapeError
 
 Matrix = csc_array[np.float64]
+MatrixLike = ArrayLike | sparray
+"""Dense or sparse."""
 
 
 def as_sparse(value: Any, name: str) -> Matrix:

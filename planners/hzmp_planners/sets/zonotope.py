@@ -6,12 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from hzmp_planners._arrays import Floats
 from hzmp_planners.sets.form import Ball, GeneratorForm, join_balls
 from hzmp_planners.sets.generator_set import GeneratorSet, checked_form
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Zonotope(GeneratorSet):
     r""":math:`Z = \{c + G \xi : \|\xi\|_\infty \le 1\}`."""
 
@@ -20,10 +22,9 @@ class Zonotope(GeneratorSet):
     c: Floats
     """Centre, shape (n,)."""
 
-    def __post_init__(self) -> None:
-        G, c, _, _ = checked_form(self.G, self.c)
-        object.__setattr__(self, "G", G)
-        object.__setattr__(self, "c", c)
+    def __init__(self, G: ArrayLike, c: ArrayLike) -> None:
+        generators, centre, _, _ = checked_form(G, c)
+        vars(self).update(G=generators, c=centre)
 
     def _make_form(self) -> GeneratorForm:
         _, _, A, b = checked_form(self.G, self.c)
