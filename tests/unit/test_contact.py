@@ -24,7 +24,7 @@ from hzmp_planners.sets import (
     intersects,
     shared_face,
 )
-from hzmp_planners.sets.contact import interior_slack
+from hzmp_planners.sets.form.queries import interior_slack
 from hzmp_planners.sets.leaf_pairs import (
     common_point,
     consistency_matrix,

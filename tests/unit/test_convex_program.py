@@ -12,14 +12,8 @@ from scipy.optimize import linprog
 from scipy.sparse import csc_array
 
 from hzmp_planners import _convex_program
-from hzmp_planners._convex_program import (
-    Block,
-    ConvexProgram,
-    conjugate,
-    least_residual,
-    minimize,
-    norm,
-)
+from hzmp_planners._ball_program import Block, ConvexProgram, conjugate, norm
+from hzmp_planners._convex_program import least_residual, minimize
 from hzmp_planners.errors import SolverError
 from oracles import Floats
 
@@ -103,7 +97,7 @@ def wrong(program: ConvexProgram) -> tuple[Floats, Floats]:
 def test_a_solver_that_fails_the_check_is_replaced_by_the_other(
     solver: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_convex_program, "_highs", solver)
+    monkeypatch.setattr(_convex_program, "solve_by_simplex", solver)
     found = minimize(LINEAR, "test")
     assert found is not None
     assert found.value == pytest.approx(-1.5, abs=1e-7)
@@ -115,7 +109,7 @@ def test_a_solver_that_fails_the_check_is_replaced_by_the_other(
 def test_without_a_verdict_that_holds_there_is_an_error_that_names_the_question(
     solver: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_convex_program, "_highs", solver)
-    monkeypatch.setattr(_convex_program, "_clarabel", solver)
+    monkeypatch.setattr(_convex_program, "solve_by_simplex", solver)
+    monkeypatch.setattr(_convex_program, "solve_by_interior_point", solver)
     with pytest.raises(SolverError, match="support of a set: neither HiGHS nor Clarabel"):
         minimize(LINEAR, "support of a set")

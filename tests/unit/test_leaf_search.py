@@ -12,7 +12,7 @@ from scipy.sparse import csc_array, csr_array
 
 from hzmp_planners.errors import LimitError, ShapeError
 from hzmp_planners.sets import HybridZonotope, Polytope
-from hzmp_planners.sets.intervals import propagate
+from hzmp_planners.sets.form.intervals import propagate
 from oracles import Floats, minimum
 
 seeds = st.integers(0, 2**32 - 1)

@@ -14,7 +14,7 @@ from hzmp_planners.sets.convex_generators import (
 )
 from hzmp_planners.sets.convex_set import ConvexSet as ConvexSet
 from hzmp_planners.sets.ellipsotope import Ellipsotope as Ellipsotope
-from hzmp_planners.sets.form import Ball as Ball
+from hzmp_planners.sets.form.form import Ball as Ball
 from hzmp_planners.sets.hybrid_zonotope import HybridZonotope as HybridZonotope
 from hzmp_planners.sets.polytope import Polytope as Polytope
 from hzmp_planners.sets.zonotope import Zonotope as Zonotope

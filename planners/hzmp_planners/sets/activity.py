@@ -14,7 +14,7 @@ from hzmp_planners.constants import SET_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.convex_set import ConvexSet
 from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
-from hzmp_planners.sets.leaf_table import StackedPoints
+from hzmp_planners.sets.leaves.leaf_table import StackedPoints
 
 if TYPE_CHECKING:
     from hzmp_planners.sets.ellipsotope import Ellipsotope

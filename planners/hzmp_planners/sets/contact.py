@@ -11,14 +11,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners._convex_program import Block, ConvexProgram, Optimum, minimize
+from hzmp_planners._ball_program import Block, ConvexProgram
+from hzmp_planners._convex_program import Optimum, minimize
 from hzmp_planners.constants import SET_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.convex_set import ConvexSet
-from hzmp_planners.sets.form import GeneratorForm
+from hzmp_planners.sets.form.form import GeneratorForm
+from hzmp_planners.sets.form.queries import interior_slack
 
 
 class ContactKind(enum.Enum):
@@ -87,39 +88,6 @@ def shared_face(one: ConvexSet, two: ConvexSet) -> ConvexSet:
     face = one.intersection(two)
     assert isinstance(face, ConvexSet)
     return face.remove_redundancy()
-
-
-def interior_slack(one: GeneratorForm, two: GeneratorForm) -> Optimum | None:
-    """The slack program of corollary 3.3 on two generator forms; its value is -delta.
-
-    max delta with |xi_1| <= 1 - delta and |xi_2| <= 1 - delta in the norm of each block, the
-    constraints of both sets, and c_1 + G_1 xi_1 = c_2 + G_2 xi_2. None when no factors of any size
-    (up to 4) satisfy them. Where delta > 0 the point is strictly inside both; delta = 0 is a
-    contact only if no factor of the two forms is fixed.
-    """
-    unit = max(one.size, two.size, float(np.abs(two.c - one.c).max(initial=0.0)))
-    forms = one, two
-    rows = [
-        np.zeros((0, form.G.shape[1])) if not form.b.size else form.equations[0] for form in forms
-    ]
-    A = np.vstack([block_diag(*rows), np.hstack([one.G, -two.G]) / unit])
-    b = np.concatenate([one.equations[1], two.equations[1], (two.c - one.c) / unit])
-    # Variables: per block its radius 1 - delta, then its factors; last delta.
-    balls = one.balls + two.balls
-    width = A.shape[1] + len(balls) + 1
-    E = np.zeros((len(b) + len(balls), width))
-    column = source = 0
-    for k, ball in enumerate(balls):
-        E[len(b) + k, [column, width - 1]] = 1.0
-        E[: len(b), column + 1 : column + 1 + ball.size] = A[:, source : source + ball.size]
-        column, source = column + 1 + ball.size, source + ball.size
-    q = np.zeros(width)
-    q[-1] = -1.0
-    blocks = [Block(ball.size + 1, ball.p, 4.0, epigraph=True) for ball in balls]
-    program = ConvexProgram(
-        q, E, np.append(b, np.ones(len(balls))), (*blocks, Block(1, math.inf, 3.0))
-    )
-    return minimize(program, "slack of a contact")
 
 
 @dataclass(frozen=True, eq=False)

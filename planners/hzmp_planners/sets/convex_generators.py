@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import ShapeError
-from hzmp_planners.sets.form import Ball, GeneratorForm, join_balls
+from hzmp_planners.sets.form.form import Ball, GeneratorForm, join_balls
 from hzmp_planners.sets.generator_set import GeneratorSet, checked_form
 
 

@@ -15,11 +15,12 @@ from hzmp_planners._arrays import Floats, as_point, frozen
 from hzmp_planners.constants import SET_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.base import Set
-from hzmp_planners.sets.ellipsoids import ellipsoid_reach, sample_ellipsoid
-from hzmp_planners.sets.form import GeneratorForm, nearest_points
-from hzmp_planners.sets.nearest import nearest_of_hulls
-from hzmp_planners.sets.sampling import sample_by_rejection, sample_hull
-from hzmp_planners.sets.support_hull import support_hull
+from hzmp_planners.sets.form import queries
+from hzmp_planners.sets.form.ellipsoids import ellipsoid_reach, sample_ellipsoid
+from hzmp_planners.sets.form.form import GeneratorForm
+from hzmp_planners.sets.hulls.nearest import nearest_of_hulls
+from hzmp_planners.sets.hulls.sampling import sample_by_rejection, sample_hull
+from hzmp_planners.sets.hulls.support_hull import support_hull
 
 if TYPE_CHECKING:
     from typing import Self
@@ -70,7 +71,7 @@ class ConvexSet(Set):
 
     def _farthest(self, d: Floats) -> Floats | None:
         if self._points is None:
-            return self.form.farthest(d)
+            return queries.farthest(self.form, d)
         if not len(self._points):
             return None
         return np.asarray(self._points[int((self._points @ d).argmax())])
@@ -87,7 +88,7 @@ class ConvexSet(Set):
             pair = nearest_of_hulls(self._points, point[None])
             if pair is not None:
                 return pair[0]
-        found = self.form.nearest_point(point)
+        found = queries.nearest_point(self.form, point)
         if found is None:
             raise ShapeError("an empty set has no nearest point")
         return found
@@ -108,7 +109,7 @@ class ConvexSet(Set):
         if first is not None and second is not None and len(first) and len(second):
             pair = nearest_of_hulls(first, second)
         if pair is None:
-            pair = nearest_points(self.form, other.form)
+            pair = queries.nearest_points(self.form, other.form)
         if pair is None:
             raise ShapeError("an empty set has no nearest points")
         return pair

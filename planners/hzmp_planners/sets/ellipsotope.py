@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hzmp_planners._arrays import Floats, as_floats, as_point
 from hzmp_planners.errors import QueryError, ShapeError
-from hzmp_planners.sets.form import Ball, GeneratorForm, join_balls
+from hzmp_planners.sets.form.form import Ball, GeneratorForm, join_balls
+from hzmp_planners.sets.form.round_balls import with_polytopal_balls
 from hzmp_planners.sets.generator_set import GeneratorSet, checked_form
-from hzmp_planners.sets.round_balls import with_polytopal_balls
 
 if TYPE_CHECKING:
     from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope

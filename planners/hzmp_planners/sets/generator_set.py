@@ -15,9 +15,10 @@ from hzmp_planners._arrays import Bools, Floats, as_floats, as_points, frozen
 from hzmp_planners.constants import SET_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.convex_set import ConvexSet
-from hzmp_planners.sets.ellipsoids import ellipsoid_volume
-from hzmp_planners.sets.form import GeneratorForm
-from hzmp_planners.sets.redundancy import without_redundancy
+from hzmp_planners.sets.form import queries
+from hzmp_planners.sets.form.ellipsoids import ellipsoid_volume
+from hzmp_planners.sets.form.form import GeneratorForm
+from hzmp_planners.sets.form.redundancy import without_redundancy
 
 if TYPE_CHECKING:
     from typing import Self
@@ -74,7 +75,7 @@ class GeneratorSet(ConvexSet):
 
     @cached_property
     def _is_empty(self) -> bool:
-        return self.form.is_empty() if self._points is None else not len(self._points)
+        return queries.is_empty(self.form) if self._points is None else not len(self._points)
 
     def contains(self, X: ArrayLike, tol: float | None = None) -> Bools:
         """Which of the points (k, n) lie in the set; shape (k,).
@@ -108,7 +109,7 @@ class GeneratorSet(ConvexSet):
         ):
             inside[inside] = self.to_polytope().contains(rest, room)
         else:
-            inside[inside] = [form.distance_by_axes(x) <= room for x in rest]
+            inside[inside] = [queries.distance_by_axes(form, x) <= room for x in rest]
         return inside
 
     def to_polytope(self) -> Polytope:

@@ -13,14 +13,13 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array, hstack
 
 from hzmp_planners._arrays import Bools, Floats, as_floats, as_point, as_points
-from hzmp_planners.constants import SET_TOL
 from hzmp_planners.errors import ShapeError
-from hzmp_planners.sets import unions
 from hzmp_planners.sets.base import Set
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
 from hzmp_planners.sets.convex_set import ConvexSet
-from hzmp_planners.sets.leaf_search import admissible_choices, leaf_of_choice
-from hzmp_planners.sets.leaf_table import LeafTable
+from hzmp_planners.sets.leaves import queries, unions
+from hzmp_planners.sets.leaves.leaf_search import admissible_choices, leaf_of_choice
+from hzmp_planners.sets.leaves.leaf_table import LeafTable
 from hzmp_planners.sets.polytope import Polytope
 from hzmp_planners.sets.sparse import Matrix, MatrixLike, as_sparse
 
@@ -147,6 +146,11 @@ class HybridZonotope(Set):
             lambda: LeafTable.of_parts(choices, [leaf]),
         )  # fmt: skip
 
+    @classmethod
+    def empty(cls, n: int) -> HybridZonotope:
+        """The empty set of R^n: the V-rep form without vertices and leaves."""
+        return cls.from_vertices(np.zeros((0, n)), csc_array((0, 0)))
+
     @property
     def n(self) -> int:
         """Dimension of the space."""
@@ -254,22 +258,7 @@ class HybridZonotope(Set):
             X: points [m]; one point may be given as (n,).
             tol: as for each leaf; 1e-9 of the leaf's size unless given.
         """
-        points = as_points(X, "X", self.n)
-        inside = np.zeros(len(points), dtype=np.bool_)
-        if not len(self.leaf_table):
-            return inside
-        lo, hi = self.leaf_table.stack.boxes
-        room = SET_TOL * float(np.abs([lo, hi]).max()) if tol is None else tol
-        for start in range(0, len(points), 256):
-            block = points[start : start + 256]
-            beyond = np.maximum(lo - block[:, None], block[:, None] - hi).max(axis=2)
-            near: Bools = np.asarray(beyond <= room)
-            for leaf in np.flatnonzero(near.any(axis=0)).tolist():
-                rows = start + np.flatnonzero(near[:, leaf])
-                rows = rows[~inside[rows]]
-                if len(rows):
-                    inside[rows] = self.leaf_table.part(leaf).contains(points[rows], tol)
-        return inside
+        return queries.contains(self, as_points(X, "X", self.n), tol)
 
     def contains_set(self, inner: Set) -> bool:
         """Whether every point of `inner` is in some leaf: what the leaves leave of it is empty.
@@ -281,7 +270,7 @@ class HybridZonotope(Set):
         if inner.n != self.n:
             raise ShapeError(f"sets of dimensions {self.n} and {inner.n} share no points")
         return all(
-            part.is_empty() or not unions.remainder(part.to_polytope(), self)
+            part.is_empty() or not queries.remainder(part.to_polytope(), self)
             for part in inner.convex_parts()
         )
 
@@ -300,18 +289,7 @@ class HybridZonotope(Set):
             ShapeError: the set is empty.
             SolverError: no verdict that holds.
         """
-        point = as_point(x, "x", self.n)
-        if not len(self.leaf_table):
-            raise ShapeError("an empty set has no nearest point")
-        best, least = point, math.inf
-        bounds = unions.box_distances(self, (point, point))
-        for leaf in np.argsort(bounds, kind="stable").tolist():
-            if bounds[leaf] >= least:
-                break
-            candidate = self.leaf_table.part(leaf).project(point)
-            if (gap := float(np.linalg.norm(candidate - point))) < least:
-                best, least = candidate, gap
-        return best
+        return queries.nearest_point(self, as_point(x, "x", self.n))
 
     def distance(self, other: Set | ArrayLike) -> float:
         """Least Euclidean distance to a set or a point [m]; inf when one of them is empty.
@@ -319,21 +297,10 @@ class HybridZonotope(Set):
         Raises:
             SolverError: no verdict that holds.
         """
-        if not isinstance(other, Set):
-            point = as_point(other, "the point", self.n)
-            return (
-                math.inf if self.is_empty() else float(np.linalg.norm(self.project(point) - point))
-            )
-        least = math.inf
-        for part in other.convex_parts():
-            if part.is_empty():
-                continue
-            bounds = unions.box_distances(self, part.interval_hull())
-            for leaf in np.argsort(bounds, kind="stable").tolist():
-                if bounds[leaf] >= least:
-                    break
-                least = min(least, self.leaf_table.part(leaf).distance(part))
-        return least
+        if isinstance(other, Set):
+            return queries.distance(self, other)
+        point = as_point(other, "the point", self.n)
+        return math.inf if self.is_empty() else math.dist(self.project(point), point)
 
     def vertices(self) -> Floats:
         """Distinct vertices of all leaves, shape (k, n) [m]; (0, n) when empty."""
@@ -342,7 +309,7 @@ class HybridZonotope(Set):
 
     def volume(self) -> float:
         """Volume (area in 2-D) of the union [m^n]: what leaves share is counted once."""
-        return math.fsum(piece.volume() for piece in unions.disjoint_pieces(self))
+        return math.fsum(piece.volume() for piece in queries.disjoint_pieces(self))
 
     def sample(self, k: int, rng: np.random.Generator) -> Floats:
         """K points, uniform in the union of the leaves of largest dimension, shape (k, n) [m].
@@ -353,7 +320,7 @@ class HybridZonotope(Set):
         Raises:
             ShapeError: the set is empty.
         """
-        return unions.sample(self, k, rng)
+        return queries.sample(self, k, rng)
 
     def complement(self, lo: ArrayLike, hi: ArrayLike) -> HybridZonotope:
         """Closure of the box (lo, hi) minus this set, as convex pieces in V-rep form.
@@ -373,12 +340,11 @@ class HybridZonotope(Set):
             raise ShapeError(f"sets of dimensions {self.n} and {other.n} share no points")
         union = HybridZonotope.from_union([other])
         pieces = [
-            piece for leaf in self.leaves() for piece in unions.remainder(leaf.to_polytope(), union)
+            piece
+            for leaf in self.leaves()
+            for piece in queries.remainder(leaf.to_polytope(), union)
         ]
-        if pieces:
-            return HybridZonotope.from_polytopes(pieces)
-        nothing = np.zeros((0, self.n)), csc_array((0, 0))
-        return HybridZonotope.from_vertices(*nothing)
+        return HybridZonotope.from_polytopes(pieces) if pieces else HybridZonotope.empty(self.n)
 
     def convex_relaxation(self) -> ConstrainedZonotope:
         """The set with its binary factors in [-1, 1]: it contains the convex hull.
@@ -393,23 +359,8 @@ class HybridZonotope(Set):
 
         Binaries that are fixed, empty leaves, and leaves inside another leaf are gone.
         """
-        leaves = self.leaves()
-        lo, hi = self.leaf_table.stack.boxes if leaves else (None, None)
-        kept: list[ConstrainedZonotope] = []
-        dropped: set[int] = set()
-        for i, leaf in enumerate(leaves):
-            assert lo is not None
-            assert hi is not None
-            room = SET_TOL * leaf.form.size
-            around = (lo <= lo[i] + room).all(axis=1) & (hi >= hi[i] - room).all(axis=1)
-            holders = [j for j in np.flatnonzero(around).tolist() if j != i and j not in dropped]
-            if any(leaves[j].contains_set(leaf) for j in holders):
-                dropped.add(i)
-            else:
-                kept.append(leaf)
-        if not kept:
-            return HybridZonotope.from_vertices(np.zeros((0, self.n)), csc_array((0, 0)))
-        return HybridZonotope.from_polytopes(kept)
+        kept = queries.outermost(self)
+        return HybridZonotope.from_polytopes(kept) if kept else HybridZonotope.empty(self.n)
 
     def _fields(self) -> dict[str, Any]:
         fields: dict[str, Any] = {"c": self.c.tolist(), "b": self.b.tolist()}

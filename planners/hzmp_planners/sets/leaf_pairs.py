@@ -9,13 +9,14 @@ import numpy as np
 from scipy.sparse import csr_array, vstack
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners._convex_program import Block, ConvexProgram, minimize
+from hzmp_planners._ball_program import Block, ConvexProgram
+from hzmp_planners._convex_program import minimize
 from hzmp_planners.constants import RESIDUAL_TOL, SET_TOL
 from hzmp_planners.sets.contact import Contact, ContactKind, contact
 from hzmp_planners.sets.convex_set import ConvexSet
-from hzmp_planners.sets.hybrid_operations import near_pairs
 from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
-from hzmp_planners.sets.leaf_search import scaled_rows
+from hzmp_planners.sets.leaves.leaf_search import scaled_rows
+from hzmp_planners.sets.leaves.operations import near_pairs
 from hzmp_planners.sets.polytope import Polytope
 from hzmp_planners.sets.sparse import stack, zeros
 

@@ -6,15 +6,15 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import ShapeError
-from hzmp_planners.sets import hybrid_operations
 from hzmp_planners.sets.base import Set
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
 from hzmp_planners.sets.convex_generators import ConstrainedConvexGenerator
 from hzmp_planners.sets.convex_set import ConvexSet
 from hzmp_planners.sets.ellipsotope import Ellipsotope
-from hzmp_planners.sets.form import GeneratorForm
+from hzmp_planners.sets.form.form import GeneratorForm
 from hzmp_planners.sets.generator_set import GeneratorSet
 from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
+from hzmp_planners.sets.leaves import operations
 from hzmp_planners.sets.polytope import Polytope
 from hzmp_planners.sets.zonotope import Zonotope
 
@@ -24,7 +24,7 @@ def linear_map(R: Floats, body: Set) -> Set:
     if R.shape[1] != body.n:
         raise ShapeError(f"the matrix must have {body.n} columns for this set, got {R.shape}")
     if isinstance(body, HybridZonotope):
-        return hybrid_operations.linear_map(R, body)
+        return operations.linear_map(R, body)
     if isinstance(body, GeneratorSet):
         mapped = type(body)._of_form(body.form.mapped(R))
         if body._points is not None:
@@ -43,7 +43,7 @@ def linear_map(R: Floats, body: Set) -> Set:
 def shift(body: Set, v: Floats) -> Set:
     """The set moved by v (n,), of the same type."""
     if isinstance(body, HybridZonotope):
-        return hybrid_operations.shift(body, v)
+        return operations.shift(body, v)
     if isinstance(body, GeneratorSet):
         moved = type(body)._of_form(body.form.shifted(v))
         if body._points is not None:
@@ -64,7 +64,7 @@ def minkowski_sum(one: Set, two: Set) -> Set:
     """
     _check_dimensions(one.n, two.n, "a Minkowski sum")
     if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
-        return hybrid_operations.minkowski_sum(_as_hybrid(one), _as_hybrid(two))
+        return operations.minkowski_sum(_as_hybrid(one), _as_hybrid(two))
     assert isinstance(one, ConvexSet)
     assert isinstance(two, ConvexSet)
     if isinstance(one, Polytope) and isinstance(two, Polytope):
@@ -90,14 +90,14 @@ def intersection(one: Set, two: Set, R: Floats | None = None) -> Set:
     if isinstance(two, Polytope):
         H, f = (two.A if R is None else two.A @ R), two.b
         if isinstance(one, HybridZonotope):
-            return hybrid_operations.cut(one, H, f)
+            return operations.cut(one, H, f)
         if isinstance(one, Polytope):
             return _stacked(one, H, f)
         assert isinstance(one, GeneratorSet)
         form = one.form.cut(H, f)
         return ConstrainedZonotope._of_form(form) if form.is_polytopal else _typed(form, one, one)
     if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
-        return hybrid_operations.intersection(_as_hybrid(one), _as_hybrid(two), R)
+        return operations.intersection(_as_hybrid(one), _as_hybrid(two), R)
     assert isinstance(one, ConvexSet)
     assert isinstance(two, ConvexSet)
     return _typed(one.form.meet(two.form, R), one, two)
@@ -106,7 +106,7 @@ def intersection(one: Set, two: Set, R: Floats | None = None) -> Set:
 def cartesian_product(one: Set, two: Set) -> Set:
     """Points (x, y) with x in one set and y in the other."""
     if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
-        return hybrid_operations.cartesian_product(_as_hybrid(one), _as_hybrid(two))
+        return operations.cartesian_product(_as_hybrid(one), _as_hybrid(two))
     assert isinstance(one, ConvexSet)
     assert isinstance(two, ConvexSet)
     if isinstance(one, Polytope) and isinstance(two, Polytope):

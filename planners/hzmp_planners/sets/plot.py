@@ -10,8 +10,7 @@ from scipy.spatial import ConvexHull
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.convex_set import ConvexSet
-from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
-from hzmp_planners.sets.sampling import spread_directions
+from hzmp_planners.sets.hulls.sampling import spread_directions
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -23,18 +22,14 @@ def plot(body: Set, ax: Any, style: dict[str, Any]) -> list[Artist]:
     """Draw every convex part; see `Set.plot`. The first artist carries the label."""
     if body.n not in (2, 3):
         raise ShapeError(f"only sets in 2 or 3 dimensions can be drawn, got {body.n}")
-    parts = body.leaves() if isinstance(body, HybridZonotope) else (body,)
-    if not style.keys() & {"color", "facecolor", "fc"} and not isinstance(body, HybridZonotope):
-        style = {"color": ax._get_lines.get_next_color()} | style
     style = {"alpha": 0.4} | style
+    coloured = style.keys() & {"color", "facecolor", "fc"}
     artists: list[Artist] = []
-    for part in parts:
-        assert isinstance(part, ConvexSet)
+    for part in body.convex_parts():
         if part.is_empty():
             continue
-        own = dict(style)
-        if not style.keys() & {"color", "facecolor", "fc"}:
-            own["color"] = ax._get_lines.get_next_color()
+        drawn = len(ax.patches) + len(ax.lines) + len(ax.collections)
+        own = style if coloured else {"color": f"C{drawn}"} | style  # the next of the colour cycle
         artists.append((_draw_2d if body.n == 2 else _draw_3d)(part, ax, own))
         style.pop("label", None)
     ax.autoscale_view()

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull, QhullError, cKDTree
+from scipy.spatial import ConvexHull, QhullError
 
-from hzmp_planners._arrays import Bools, Floats, Ints, as_floats, as_points, frozen
+from hzmp_planners._arrays import Bools, Floats, as_floats, as_points, frozen
 from hzmp_planners._linprog import minimize_linear
 from hzmp_planners.constants import PLANE_TOL, SET_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.convex_set import ConvexSet
-from hzmp_planners.sets.form import GeneratorForm
-from hzmp_planners.sets.vertex_enumeration import inscribed_ball, vertices_of
+from hzmp_planners.sets.form.form import GeneratorForm
+from hzmp_planners.sets.hulls.vertex_enumeration import facets_of, inscribed_ball, vertices_of
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -87,11 +87,11 @@ class Polytope(ConvexSet):
         basis, normals = axes[:rank], axes[rank:]
         coordinates = (points - centre) @ basis.T
         if rank == points.shape[1]:
-            A, extreme = _hull(points)
+            A, extreme = facets_of(points)
         elif rank == 0:
             A, extreme = np.zeros((0, points.shape[1])), np.array([0])
         else:
-            inner, extreme = _hull(coordinates)
+            inner, extreme = facets_of(coordinates)
             A = inner @ basis
         A = np.vstack([A, normals, -normals])
         return cls.from_both_forms(A, (points[extreme] @ A.T).max(axis=0), points[extreme])
@@ -260,35 +260,3 @@ class Polytope(ConvexSet):
 
     def _fields(self) -> dict[str, Any]:
         return {"A": self.A.tolist(), "b": self.b.tolist()}
-
-
-def _hull(points: Floats) -> tuple[Floats, Ints]:
-    """Facet normals (m, n), coplanar simplices merged, and indices of extreme points.
-
-    Of points that coincide one is taken, and a point that lies on fewer than n facets after
-    merging (within an edge, say) is not extreme.
-    """
-    size = float(np.ptp(points, axis=0).max())
-    double = cKDTree(points).query_pairs(1e-11 * size, output_type="ndarray")
-    distinct = np.setdiff1d(np.arange(len(points)), double[:, 1])
-    points = points[distinct]
-    if points.shape[1] == 1:
-        ends = np.unique([int(points[:, 0].argmin()), int(points[:, 0].argmax())])
-        return np.array([[1.0], [-1.0]]), distinct[ends].astype(np.int64)
-    hull = ConvexHull(points)
-    scale = max(1.0, float(np.abs(points).max()))
-    normals: list[Floats] = []
-    offsets: list[float] = []
-    for equation in hull.equations:
-        for normal, offset in zip(normals, offsets, strict=True):
-            same = np.abs(normal - equation[:-1]).max() < 1e-9
-            if same and abs(offset - equation[-1]) < 1e-9 * scale:
-                break
-        else:
-            normals.append(equation[:-1])
-            offsets.append(equation[-1])
-    A, b = np.array(normals), -np.array(offsets)
-    extreme = np.sort(hull.vertices)
-    on = np.abs(points[extreme] @ A.T - b) <= 1e-9 * scale
-    extreme = extreme[on.sum(axis=1) >= points.shape[1]]
-    return A, distinct[extreme].astype(np.int64)

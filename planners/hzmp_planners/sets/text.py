@@ -13,9 +13,9 @@ from hzmp_planners.sets.base import Set
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
 from hzmp_planners.sets.convex_generators import ConstrainedConvexGenerator
 from hzmp_planners.sets.ellipsotope import Ellipsotope
-from hzmp_planners.sets.form import Ball
+from hzmp_planners.sets.form.form import Ball
 from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
-from hzmp_planners.sets.leaf_table import LeafTable
+from hzmp_planners.sets.leaves.leaf_table import LeafTable
 from hzmp_planners.sets.polytope import Polytope
 from hzmp_planners.sets.zonotope import Zonotope
 

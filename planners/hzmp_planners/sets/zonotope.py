@@ -9,7 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners.sets.form import Ball, GeneratorForm, join_balls
+from hzmp_planners.sets.form.form import Ball, GeneratorForm, join_balls
 from hzmp_planners.sets.generator_set import GeneratorSet, checked_form
 
 

@@ -18,16 +18,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hzmp_planners._arrays import Floats, Ints
-from hzmp_planners._convex_program import (
-    Block,
-    ConvexProgram,
-    Optimum,
-    conjugate,
-    least_residual,
-    minimize,
-    norm,
-)
-from hzmp_planners.constants import RESIDUAL_TOL
+from hzmp_planners._ball_program import Block, conjugate
 
 
 class Ball(NamedTuple):
@@ -111,65 +102,6 @@ class GeneratorForm:
         """C + G xi."""
         return self.c + self.G @ factors
 
-    def farthest(self, d: Floats) -> Floats | None:
-        """A point with the largest d.x; None when the set is empty.
-
-        Raises:
-            SolverError: no verdict that holds.
-        """
-        weights = d @ self.G
-        if not self.b.size:
-            factors = [_farthest_in_ball(part, ball.p) for ball, part in self.parts(weights)]
-            return self.point(np.concatenate([np.zeros(0), *factors]))
-        if not self.G.shape[1]:
-            return None if np.abs(self.b).max() > RESIDUAL_TOL else self.c
-        scale = sum(norm(part, conjugate(ball.p)) for ball, part in self.parts(weights)) or 1.0
-        found = minimize(
-            ConvexProgram(-weights / scale, *self.equations, self.blocks), "support of a set"
-        )
-        return None if found is None else self.point(found.v)
-
-    def is_empty(self) -> bool:
-        """True when no factors in the balls satisfy the constraints, up to `RESIDUAL_TOL`.
-
-        Raises:
-            SolverError: no verdict that holds.
-        """
-        A, b = self.equations
-        if not b.size:
-            return False
-        if not A.shape[1]:
-            return bool(np.abs(b).max() > RESIDUAL_TOL)
-        program = ConvexProgram(np.zeros(A.shape[1]), A, b, self.blocks)
-        guess = program.clip(np.asarray(np.linalg.lstsq(A, b)[0], dtype=np.float64))
-        if program.residual(guess) <= 0.1 * RESIDUAL_TOL:  # a point of the set: no program needed
-            return False
-        return least_residual(program, "emptiness of a set").bound > RESIDUAL_TOL
-
-    def distance_by_axes(self, x: Floats) -> float:
-        """Least largest coordinate of x - z over points z of the set [m]; inf when empty.
-
-        Raises:
-            SolverError: no verdict that holds.
-        """
-        found = self._nearest(x, math.inf)
-        if found is None:
-            return math.inf
-        return float(np.abs(self.point(found.v[: self.G.shape[1]]) - x).max(initial=0.0))
-
-    def nearest_point(self, x: Floats) -> Floats | None:
-        """Euclidean projection of x; None when the set is empty.
-
-        Raises:
-            SolverError: no verdict that holds.
-        """
-        found = self._nearest(x, 2.0)
-        return None if found is None else self.point(found.v[: self.G.shape[1]])
-
-    def _nearest(self, x: Floats, p: float) -> Optimum | None:
-        unit = max(self.size, float(np.abs(x - self.c).max(initial=0.0)))
-        return minimize(_gap_program(self, x - self.c, unit, p), "nearest point of a set")
-
     def mapped(self, R: Floats) -> GeneratorForm:
         """R times the set."""
         return GeneratorForm(R @ self.G, R @ self.c, self.A, self.b, self.balls)
@@ -219,22 +151,6 @@ class GeneratorForm:
         )
 
 
-def nearest_points(one: GeneratorForm, two: GeneratorForm) -> tuple[Floats, Floats] | None:
-    """A pair of points, one of each set, at the least Euclidean distance; None if one is empty.
-
-    Raises:
-        SolverError: no verdict that holds.
-    """
-    offset = two.c - one.c
-    unit = max(one.size, two.size, float(np.abs(offset).max(initial=0.0)))
-    difference = one.plus(two.mapped(-np.eye(one.c.size)))
-    found = minimize(_gap_program(difference, offset, unit, 2.0), "distance of two sets")
-    if found is None:
-        return None
-    ng = one.G.shape[1]
-    return one.point(found.v[:ng]), two.point(found.v[ng : ng + two.G.shape[1]])
-
-
 def halfspace_rows(
     H: Floats, f: Floats, offsets: Floats, reach: Floats
 ) -> tuple[Ints, Floats, Floats]:
@@ -272,37 +188,6 @@ def join_balls(one: Sequence[Ball], two: Sequence[Ball]) -> tuple[Ball, ...]:
         else:
             joined.append(Ball(ball.size, p))
     return tuple(joined)
-
-
-def _gap_program(form: GeneratorForm, x: Floats, unit: float, p: float) -> ConvexProgram:
-    """Minimise t with |G xi - x|_p <= t in units of length, over the factors of the set."""
-    A, b = form.equations
-    n, ng = form.G.shape
-    farthest = float(np.linalg.norm(x) + np.linalg.norm(form.reaches(np.eye(n)))) / unit + 1.0
-    E = np.zeros((len(b) + n, ng + 1 + n))
-    E[: len(b), :ng] = A
-    E[len(b) :, :ng] = form.G / unit
-    E[len(b) :, ng + 1 :] = np.eye(n)
-    q = np.zeros(ng + 1 + n)
-    q[ng] = 1.0
-    blocks = (*form.blocks, Block(n + 1, p, farthest, epigraph=True))
-    return ConvexProgram(q, E, np.concatenate([b, x / unit]), blocks)
-
-
-def _farthest_in_ball(weights: Floats, p: float) -> Floats:
-    """A point of the unit ball with the largest inner product with the weights."""
-    if p == math.inf:
-        return np.sign(weights)
-    size = np.abs(weights).max(initial=0.0)
-    if size == 0.0:
-        return np.zeros_like(weights)
-    if p == 1.0:
-        best = np.zeros_like(weights)
-        j = int(np.abs(weights).argmax())
-        best[j] = math.copysign(1.0, weights[j])
-        return best
-    powers = np.abs(weights / size) ** (conjugate(p) - 1.0)
-    return np.asarray(np.sign(weights) * powers / norm(powers, p))
 
 
 def _opposite(H: Floats, f: Floats, tol: Floats) -> list[int]:

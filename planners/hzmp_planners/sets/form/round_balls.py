@@ -10,10 +10,10 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners._convex_program import conjugate
+from hzmp_planners._ball_program import conjugate
 from hzmp_planners.errors import QueryError
-from hzmp_planners.sets.form import Ball, GeneratorForm
-from hzmp_planners.sets.sampling import spread_directions
+from hzmp_planners.sets.form.form import Ball, GeneratorForm
+from hzmp_planners.sets.hulls.sampling import spread_directions
 
 if TYPE_CHECKING:
     from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope

@@ -15,9 +15,9 @@ from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.constants import SET_TOL
 from hzmp_planners.sets.base import Set
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
-from hzmp_planners.sets.form import halfspace_rows
+from hzmp_planners.sets.form.form import halfspace_rows
 from hzmp_planners.sets.hybrid_zonotope import HybridZonotope, LeafSource
-from hzmp_planners.sets.leaf_table import LeafTable
+from hzmp_planners.sets.leaves.leaf_table import LeafTable
 from hzmp_planners.sets.polytope import Polytope
 from hzmp_planners.sets.sparse import Matrix, stack, zeros
 

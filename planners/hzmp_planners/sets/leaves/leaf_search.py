@@ -11,11 +11,12 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array, hstack
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners._convex_program import Block, ConvexProgram, Optimum, minimize
+from hzmp_planners._ball_program import Block, ConvexProgram
+from hzmp_planners._convex_program import Optimum, minimize
 from hzmp_planners.constants import RESIDUAL_TOL
 from hzmp_planners.errors import LimitError
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
-from hzmp_planners.sets.intervals import propagate
+from hzmp_planners.sets.form.intervals import propagate
 
 if TYPE_CHECKING:
     from hzmp_planners.sets.hybrid_zonotope import HybridZonotope

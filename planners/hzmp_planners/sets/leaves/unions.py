@@ -1,4 +1,4 @@
-"""Building unions of convex sets, and what asks for their leaves together."""
+"""Building the matrices and leaves of unions of convex sets."""
 
 from __future__ import annotations
 
@@ -11,13 +11,10 @@ from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, frozen
 from hzmp_planners._links import component_labels
-from hzmp_planners.constants import SET_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
-from hzmp_planners.sets.leaf_table import LeafTable, StackedPoints
-from hzmp_planners.sets.polytope import Polytope
+from hzmp_planners.sets.leaves.leaf_table import LeafTable, StackedPoints
 from hzmp_planners.sets.sparse import Matrix, as_sparse, ones, stack, zeros
-from hzmp_planners.sets.subtraction import subtract
 
 if TYPE_CHECKING:
     from hzmp_planners.sets.convex_set import ConvexSet
@@ -146,70 +143,3 @@ def _signed(
     offset = b - (Ac.sum(axis=1) + Ab.sum(axis=1)) / 2.0
     half = [as_sparse(block / 2.0, "a block") for block in (Gc, Gb, Ac, Ab)]
     return half[0], half[1], c, half[2], half[3], offset
-
-
-def box_distances(union: HybridZonotope, box: tuple[Floats, Floats]) -> Floats:
-    """Distance of a box (lo, hi) to the box of each leaf [m], shape (N,)."""
-    lo, hi = union.leaf_table.stack.boxes
-    gap = np.maximum(0.0, np.maximum(lo - box[1], box[0] - hi))
-    return np.asarray(np.linalg.norm(gap, axis=1))
-
-
-def remainder(body: Polytope, union: HybridZonotope) -> list[Polytope]:
-    """Convex pieces of the body outside all leaves."""
-    if not len(union.leaf_table):
-        return [body]
-    room = SET_TOL * body.form.size
-    near = np.flatnonzero(box_distances(union, body.interval_hull()) <= room)
-    return subtract(body, (union.leaf_table.part(i).to_polytope() for i in near.tolist()))
-
-
-def disjoint_pieces(union: HybridZonotope) -> list[Polytope]:
-    """Convex pieces with disjoint interiors whose union is the union of the leaves."""
-    pieces: list[Polytope] = []
-    leaves = [leaf.to_polytope() for leaf in union.leaves()]
-    if not leaves:
-        return []
-    lo, hi = union.leaf_table.stack.boxes
-    for i, leaf in enumerate(leaves):
-        near = (lo[:i] < hi[i]).all(axis=1) & (hi[:i] > lo[i]).all(axis=1)
-        if near.any():
-            pieces += subtract(leaf, (leaves[j] for j in np.flatnonzero(near).tolist()))
-        else:
-            pieces.append(leaf)
-    return pieces
-
-
-def sample(union: HybridZonotope, count: int, rng: np.random.Generator) -> Floats:
-    """Uniform points of the leaves of largest dimension; see `HybridZonotope.sample`."""
-    leaves = union.leaves()
-    if not leaves:
-        raise ShapeError("an empty set has no points to sample")
-    dimensions = [leaf.affine_dimension() for leaf in leaves]
-    top = [leaf for leaf, d in zip(leaves, dimensions, strict=True) if d == max(dimensions)]
-    measures = np.array([_measure(leaf) for leaf in top])
-    lo = np.array([leaf.interval_hull()[0] for leaf in top])
-    hi = np.array([leaf.interval_hull()[1] for leaf in top])
-    kept: list[Floats] = []
-    found = 0
-    while found < count:
-        drawn = np.bincount(rng.choice(len(top), count - found, p=measures / measures.sum()))
-        blocks = [top[i].sample(int(k), rng) for i, k in enumerate(drawn.tolist()) if k]
-        points = np.concatenate(blocks)
-        holders = np.zeros(len(points))
-        for i, leaf in enumerate(top):
-            near = ((points >= lo[i]) & (points <= hi[i])).all(axis=1)
-            holders[near] += leaf.contains(points[near])
-        points = points[rng.random(len(points)) * np.maximum(holders, 1.0) < 1.0]
-        kept.append(points)
-        found += len(points)
-    return rng.permutation(np.concatenate(kept)[:count])
-
-
-def _measure(leaf: ConstrainedZonotope) -> float:
-    """Volume in the leaf's own affine hull; 1 for a point."""
-    hull = leaf.affine_hull()
-    if not len(hull.basis):
-        return 1.0
-    flat = (leaf.hull_points() - hull.point) @ hull.basis.T
-    return Polytope.from_vertices(flat).volume()

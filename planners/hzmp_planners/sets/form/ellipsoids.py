@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.constants import SET_TOL
-from hzmp_planners.sets.form import GeneratorForm
+from hzmp_planners.sets.form.form import GeneratorForm
 
 
 def ellipsoid_volume(form: GeneratorForm) -> float:

@@ -1,4 +1,4 @@
-"""From half-spaces to vertices."""
+"""From half-spaces to vertices and back."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 from scipy.sparse import csc_array
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._clarabel import solve_socp
 from hzmp_planners._linprog import attempt_linear, minimize_linear
 from hzmp_planners.constants import PLANE_TOL
@@ -143,3 +143,35 @@ def _depth(A: Floats, b: Floats, facet: int) -> float:
         purpose="width of a flat polytope",
     )
     return 1.0 if optimum is None else float(optimum.x[n])
+
+
+def facets_of(points: Floats) -> tuple[Floats, Ints]:
+    """Facet normals (m, n), coplanar simplices merged, and indices of extreme points.
+
+    Of points that coincide one is taken, and a point that lies on fewer than n facets after
+    merging (within an edge, say) is not extreme.
+    """
+    size = float(np.ptp(points, axis=0).max())
+    double = cKDTree(points).query_pairs(1e-11 * size, output_type="ndarray")
+    distinct = np.setdiff1d(np.arange(len(points)), double[:, 1])
+    points = points[distinct]
+    if points.shape[1] == 1:
+        ends = np.unique([int(points[:, 0].argmin()), int(points[:, 0].argmax())])
+        return np.array([[1.0], [-1.0]]), distinct[ends].astype(np.int64)
+    hull = ConvexHull(points)
+    scale = max(1.0, float(np.abs(points).max()))
+    normals: list[Floats] = []
+    offsets: list[float] = []
+    for equation in hull.equations:
+        for normal, offset in zip(normals, offsets, strict=True):
+            same = np.abs(normal - equation[:-1]).max() < 1e-9
+            if same and abs(offset - equation[-1]) < 1e-9 * scale:
+                break
+        else:
+            normals.append(equation[:-1])
+            offsets.append(equation[-1])
+    A, b = np.array(normals), -np.array(offsets)
+    extreme = np.sort(hull.vertices)
+    on = np.abs(points[extreme] @ A.T - b) <= 1e-9 * scale
+    extreme = extreme[on.sum(axis=1) >= points.shape[1]]
+    return A, distinct[extreme].astype(np.int64)

@@ -9,8 +9,8 @@ from scipy.linalg import qr
 
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.constants import RESIDUAL_TOL
-from hzmp_planners.sets.form import Ball, GeneratorForm
-from hzmp_planners.sets.intervals import propagate
+from hzmp_planners.sets.form.form import Ball, GeneratorForm
+from hzmp_planners.sets.form.intervals import propagate
 
 
 def without_redundancy(form: GeneratorForm) -> GeneratorForm:

@@ -1,0 +1,1 @@
+"""Generators, constraints and norm balls: the algebra behind all convex set types."""

@@ -1,0 +1,1 @@
+"""Convex hulls of points: vertices, facets, nearest points, samples, differences."""

@@ -1,0 +1,1 @@
+"""Unions of convex leaves: building, searching, and asking them together."""
