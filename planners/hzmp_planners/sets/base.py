@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -127,6 +127,14 @@ class Set(ABC):
         """A point with the largest d.x, shape (n,); None when the set is empty."""
 
     @abstractmethod
+    def _mapped(self, R: Floats) -> Self:
+        """R times the set; R of shape (m, n)."""
+
+    @abstractmethod
+    def _shifted(self, v: Floats) -> Self:
+        """The set moved by v (n,)."""
+
+    @abstractmethod
     def _fields(self) -> dict[str, Any]:
         """What `from_json` passes on, as JSON values."""
 
@@ -237,19 +245,24 @@ class Set(ABC):
     def __matmul__(self, other: object) -> Set:
         return NotImplemented
 
-    def __rmatmul__(self, matrix: ArrayLike) -> Set:
-        from hzmp_planners.sets.pairs import linear_map
+    def __rmatmul__(self, matrix: ArrayLike) -> Self:
+        R = as_floats(matrix, "the matrix of a linear map", 2)
+        if R.shape[1] != self.n:
+            raise ShapeError(f"the matrix must have {self.n} columns for this set, got {R.shape}")
+        return self._mapped(R)
 
-        return linear_map(as_floats(matrix, "the matrix of a linear map", 2), self)
-
+    @overload
+    def __add__(self, other: Set) -> Set: ...
+    @overload
+    def __add__(self, other: ArrayLike) -> Self: ...
     def __add__(self, other: Set | ArrayLike) -> Set:
-        from hzmp_planners.sets.pairs import minkowski_sum, shift
+        from hzmp_planners.sets.pairs import minkowski_sum
 
         if isinstance(other, Set):
             return minkowski_sum(self, other)
-        return shift(self, as_point(other, "the shift", self.n))
+        return self._shifted(as_point(other, "the shift", self.n))
 
-    def __radd__(self, other: ArrayLike) -> Set:
+    def __radd__(self, other: ArrayLike) -> Self:
         return self + other
 
     def __and__(self, other: Set) -> Set:

@@ -17,6 +17,7 @@ from hzmp_planners._ball_program import Block, ConvexProgram
 from hzmp_planners._convex_program import Optimum, minimize
 from hzmp_planners.constants import SET_TOL
 from hzmp_planners.errors import ShapeError
+from hzmp_planners.sets.convex_generators import ConstrainedConvexGenerator
 from hzmp_planners.sets.convex_set import ConvexSet
 from hzmp_planners.sets.form.form import GeneratorForm
 from hzmp_planners.sets.form.queries import interior_slack
@@ -222,29 +223,50 @@ def _closest_contact(one: ConvexSet, two: ConvexSet) -> Contact:
 
 
 def _curved_contact(one: ConvexSet, two: ConvexSet) -> Contact:
+    one, two = one.remove_redundancy(), two.remove_redundancy()  # fixed factors would hide overlaps
     found = interior_slack(one.form, two.form)
     unit = max(one.form.size, two.form.size)
     slack = -math.inf if found is None else -found.value
+    normal = None if found is None else _multiplier_normal(one, two, found)
     if slack < 10.0 * SET_TOL:
-        normal = None if found is None else _multiplier_normal(one, two, found)
         parted = _parted(one, two, unit, normal)
         if parted is not None:
             return parted
-    if found is None:
+    if found is None or normal is None:
         return _closest_contact(one, two)
     point = one.form.point(_first_factors(one.form, found.v))
-    if slack > 1e-7:  # conic programs are less exact than linear ones
+    overlapping = slack > 1e-7  # conic programs are less exact than linear ones
+    if not overlapping and one.support(normal) + two.support(-normal) > 1e-7 * unit:
+        normal = _normal_of_difference(one, two, unit)
+        overlapping = normal is None
+    if overlapping:
         bases = one.affine_hull().basis, two.affine_hull().basis
         dimension = len(bases[0]) + len(bases[1]) - _rank(np.vstack(bases))
-        return Contact(ContactKind.OVERLAPPING, dimension, point, None, 0.0, slack)
-    normal = _multiplier_normal(one, two, found)
+        return Contact(ContactKind.OVERLAPPING, dimension, point, None, 0.0, max(slack, 0.0))
+    assert normal is not None
     # An ellipsoid touches a plane in one point; other curved sets are intersected.
     strictly = any(
         body.form.is_ellipsoid and body.form.reaches(normal[None])[0] > 1e-6 * unit
         for body in (one, two)
     )
     dimension = 0 if strictly else max(one.intersection(two).affine_dimension(), 0)
-    return Contact(ContactKind.TOUCHING, dimension, point, normal, 0.0, slack)
+    return Contact(ContactKind.TOUCHING, dimension, point, normal, 0.0, max(slack, 0.0))
+
+
+def _normal_of_difference(one: ConvexSet, two: ConvexSet, unit: float) -> Floats | None:
+    """A normal that separates two sets with common points; None if the interiors meet.
+
+    They meet iff 0 is in the relative interior of the differences y - x: iff that set holds a small
+    simplex around 0. Where it misses a corner, the way from the nearest point to it is the normal.
+    """
+    difference = ConstrainedConvexGenerator._of_form(two.form.plus(one.form.mapped(-np.eye(one.n))))
+    basis = difference.affine_hull().basis
+    for direction in (*basis, -basis.sum(axis=0)):
+        corner = 1e-6 * unit * direction
+        away = corner - difference.project(corner)
+        if np.linalg.norm(away) > 1e-8 * unit:
+            return np.asarray(-away / np.linalg.norm(away))
+    return None
 
 
 def _multiplier_normal(one: ConvexSet, two: ConvexSet, found: Optimum) -> Floats:

@@ -13,11 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from hzmp_planners._arrays import Floats, as_floats, as_point
 from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_planners.sets.form.form import Ball, GeneratorForm, join_balls
-from hzmp_planners.sets.form.round_balls import with_polytopal_balls
 from hzmp_planners.sets.generator_set import GeneratorSet, checked_form
 
 if TYPE_CHECKING:
-    from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
     from hzmp_planners.sets.convex_set import ConvexSet
     from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
 
@@ -121,27 +119,6 @@ class Ellipsotope(GeneratorSet):
             start += ball.size
         norms = {ball.p for ball in form.balls if ball.p != math.inf} or {2.0}
         return cls(form.G, form.c, form.A, form.b, groups, norms.pop())
-
-    def enclosing_zonotope(self, directions: int = 24) -> ConstrainedZonotope:
-        """A constrained zonotope around the set (Figure 4 of the HZ-MP paper).
-
-        Each norm ball is replaced by the polytope of its tangent half-spaces in `directions`
-        directions, spread evenly over a ball of two or three factors.
-
-        Args:
-            directions: more are tighter: in the plane the radius is exceeded by a factor of at
-                most 1 / cos(pi / directions).
-        """
-        return with_polytopal_balls(self.form, directions, outside=True)
-
-    def enclosed_zonotope(self, directions: int = 24) -> ConstrainedZonotope:
-        """A constrained zonotope inside the set: each norm ball by the hull of its points.
-
-        Args:
-            directions: more are tighter: in the plane the radius is missed by a factor of at most
-                cos(pi / directions).
-        """
-        return with_polytopal_balls(self.form, directions, outside=False)
 
     def classify(self, leaves: HybridZonotope | Sequence[ConvexSet]) -> NDArray[np.int8]:
         """`Activity` of each polytopal leaf, shape (N,): inactive, partial or active (lemma 3.6).

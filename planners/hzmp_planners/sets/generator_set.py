@@ -18,11 +18,13 @@ from hzmp_planners.sets.convex_set import ConvexSet
 from hzmp_planners.sets.form import queries
 from hzmp_planners.sets.form.ellipsoids import ellipsoid_volume
 from hzmp_planners.sets.form.form import GeneratorForm
+from hzmp_planners.sets.form.polytopal_balls import with_polytopal_balls
 from hzmp_planners.sets.form.redundancy import without_redundancy
 
 if TYPE_CHECKING:
     from typing import Self
 
+    from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
     from hzmp_planners.sets.polytope import Polytope
 
 _DIRECT_QUERIES = 12  # more points than this are worth the facets of a polytopal set
@@ -64,6 +66,18 @@ class GeneratorSet(ConvexSet):
     def nc(self) -> int:
         """Number of constraints."""
         return int(self.form.b.size)
+
+    def _mapped(self, R: Floats) -> Self:
+        mapped = type(self)._of_form(self.form.mapped(R))
+        if self._points is not None:
+            mapped._remember_points(self._points @ R.T)
+        return mapped
+
+    def _shifted(self, v: Floats) -> Self:
+        moved = type(self)._of_form(self.form.shifted(v))
+        if self._points is not None:
+            moved._remember_points(self._points + v)
+        return moved
 
     def is_empty(self) -> bool:
         """True when no factors satisfy the constraints, up to 1e-9 of rows scaled to unit size.
@@ -161,6 +175,27 @@ class GeneratorSet(ConvexSet):
         if self._points is not None:
             smaller._remember_points(self._points)
         return smaller
+
+    def enclosing_zonotope(self, directions: int = 24) -> ConstrainedZonotope:
+        """A constrained zonotope around the set (Figure 4 of the HZ-MP paper).
+
+        Each norm ball is replaced by the polytope of its tangent half-spaces in `directions`
+        directions, spread evenly over a ball of two or three factors.
+
+        Args:
+            directions: more are tighter: in the plane the radius is exceeded by a factor of at
+                most 1 / cos(pi / directions).
+        """
+        return with_polytopal_balls(self.form, directions, outside=True)
+
+    def enclosed_zonotope(self, directions: int = 24) -> ConstrainedZonotope:
+        """A constrained zonotope inside the set: each norm ball by the hull of its points.
+
+        Args:
+            directions: more are tighter: in the plane the radius is missed by a factor of at most
+                cos(pi / directions).
+        """
+        return with_polytopal_balls(self.form, directions, outside=False)
 
 
 def checked_form(

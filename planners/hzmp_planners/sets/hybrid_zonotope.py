@@ -274,6 +274,16 @@ class HybridZonotope(Set):
             for part in inner.convex_parts()
         )
 
+    def _mapped(self, R: Floats) -> HybridZonotope:
+        from hzmp_planners.sets.leaves.operations import linear_map
+
+        return linear_map(R, self)
+
+    def _shifted(self, v: Floats) -> HybridZonotope:
+        from hzmp_planners.sets.leaves.operations import shift
+
+        return shift(self, v)
+
     def _farthest(self, d: Floats) -> Floats | None:
         if not len(self.leaf_table):
             return None

@@ -1,4 +1,4 @@
-"""Operations on sets of any types: which type the result has, and its form."""
+"""Operations on two sets of any types: which type the result has, and its form."""
 
 from __future__ import annotations
 
@@ -17,43 +17,6 @@ from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
 from hzmp_planners.sets.leaves import operations
 from hzmp_planners.sets.polytope import Polytope
 from hzmp_planners.sets.zonotope import Zonotope
-
-
-def linear_map(R: Floats, body: Set) -> Set:
-    """R times the set, of the same type; R of shape (m, n)."""
-    if R.shape[1] != body.n:
-        raise ShapeError(f"the matrix must have {body.n} columns for this set, got {R.shape}")
-    if isinstance(body, HybridZonotope):
-        return operations.linear_map(R, body)
-    if isinstance(body, GeneratorSet):
-        mapped = type(body)._of_form(body.form.mapped(R))
-        if body._points is not None:
-            mapped._remember_points(body._points @ R.T)
-        return mapped
-    assert isinstance(body, Polytope)
-    if R.shape[0] == R.shape[1] and np.linalg.cond(R) < 1e8:  # also when it is unbounded
-        mapped_A = body.A @ np.linalg.inv(R)
-        if body._points is None:
-            return Polytope(mapped_A, body.b)
-        return Polytope.from_both_forms(mapped_A, body.b, body._points @ R.T)
-    points = body.vertices() @ R.T
-    return Polytope.from_vertices(points) if len(points) else Polytope.empty(len(R))
-
-
-def shift(body: Set, v: Floats) -> Set:
-    """The set moved by v (n,), of the same type."""
-    if isinstance(body, HybridZonotope):
-        return operations.shift(body, v)
-    if isinstance(body, GeneratorSet):
-        moved = type(body)._of_form(body.form.shifted(v))
-        if body._points is not None:
-            moved._remember_points(body._points + v)
-        return moved
-    assert isinstance(body, Polytope)
-    b = body.b + body.A @ v
-    if body._points is None:
-        return Polytope(body.A, b)
-    return Polytope.from_both_forms(body.A, b, body._points + v)
 
 
 def minkowski_sum(one: Set, two: Set) -> Set:
@@ -95,7 +58,8 @@ def intersection(one: Set, two: Set, R: Floats | None = None) -> Set:
             return _stacked(one, H, f)
         assert isinstance(one, GeneratorSet)
         form = one.form.cut(H, f)
-        return ConstrainedZonotope._of_form(form) if form.is_polytopal else _typed(form, one, one)
+        kind = ConstrainedZonotope if form.is_polytopal else ConstrainedConvexGenerator
+        return kind._of_form(form)
     if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
         return operations.intersection(_as_hybrid(one), _as_hybrid(two), R)
     assert isinstance(one, ConvexSet)

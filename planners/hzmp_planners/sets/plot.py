@@ -49,8 +49,7 @@ def _draw_2d(part: ConvexSet, ax: Any, style: dict[str, Any]) -> Artist:
     dimension = part.affine_dimension()
     if dimension == 2:
         return ax.fill(*points[ConvexHull(points).vertices].T, **style)[0]  # type: ignore[no-any-return]
-    marker = {"marker": "o"} if dimension == 0 else {}
-    return ax.plot(*points.T, **marker, **style)[0]  # type: ignore[no-any-return]
+    return ax.plot(*points.T, **_line_style(style, dimension))[0]  # type: ignore[no-any-return]
 
 
 def _draw_3d(part: ConvexSet, ax: Any, style: dict[str, Any]) -> Artist:
@@ -59,7 +58,7 @@ def _draw_3d(part: ConvexSet, ax: Any, style: dict[str, Any]) -> Artist:
     points = _outline(part)
     hull = part.affine_hull()
     if len(hull.basis) < 2:
-        return ax.plot(*points.T, marker="o", **style)[0]  # type: ignore[no-any-return]
+        return ax.plot(*points.T, **_line_style(style, len(hull.basis)))[0]  # type: ignore[no-any-return]
     if len(hull.basis) == 2:
         flat = ConvexHull((points - hull.point) @ hull.basis.T)
         polygons = [points[flat.vertices]]
@@ -68,6 +67,15 @@ def _draw_3d(part: ConvexSet, ax: Any, style: dict[str, Any]) -> Artist:
     lo, hi = points.min(axis=0), points.max(axis=0)
     ax.auto_scale_xyz(*np.array([lo, hi]).T)
     return ax.add_collection3d(Poly3DCollection(polygons, **style))  # type: ignore[no-any-return]
+
+
+def _line_style(style: dict[str, Any], dimension: int) -> dict[str, Any]:
+    """What of a polygon's style a segment or a point can wear."""
+    kept = {"color", "alpha", "label", "linewidth", "lw", "linestyle", "ls", "zorder"}
+    line = {name: value for name, value in style.items() if name in kept}
+    fill = style.get("facecolor", style.get("fc"))
+    line |= {"color": fill} if fill is not None else {}
+    return line | ({"marker": "o"} if dimension == 0 else {})
 
 
 def _coplanar(hull: ConvexHull) -> list[Ints]:

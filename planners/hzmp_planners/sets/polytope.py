@@ -192,6 +192,21 @@ class Polytope(ConvexSet):
         room = SET_TOL * (float(np.abs(self.b).max()) or 1.0) if tol is None else tol
         return np.asarray(self.violation(X) <= room)
 
+    def _mapped(self, R: Floats) -> Polytope:
+        if R.shape[0] == R.shape[1] and np.linalg.cond(R) < 1e8:  # also when it is unbounded
+            A = self.A @ np.linalg.inv(R)
+            if self._points is None:
+                return Polytope(A, self.b)
+            return Polytope.from_both_forms(A, self.b, self._points @ R.T)
+        points = self.vertices() @ R.T
+        return Polytope.from_vertices(points) if len(points) else Polytope.empty(len(R))
+
+    def _shifted(self, v: Floats) -> Polytope:
+        b = self.b + self.A @ v
+        if self._points is None:
+            return Polytope(self.A, b)
+        return Polytope.from_both_forms(self.A, b, self._points + v)
+
     def is_empty(self) -> bool:
         """True when no point satisfies the half-spaces, up to 1e-10 of the largest offset.
 
