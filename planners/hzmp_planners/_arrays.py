@@ -49,8 +49,18 @@ def as_point(value: ArrayLike, name: str, n: int) -> Floats:
 
 def as_points(value: ArrayLike, name: str, n: int) -> Floats:
     """Finite read-only points of shape (k, n); one point of shape (n,) is taken as (1, n)."""
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ShapeError(f"{name} must be an array of numbers: {error}") from error
     points = as_floats(array[None, :] if array.ndim == 1 and array.size else array, name, 2)
     if points.shape[1] != n:
         raise ShapeError(f"{name} must have {n} columns, got shape {points.shape}")
     return points
+
+
+def as_count(value: int, name: str) -> int:
+    """A number of things, 0 or more."""
+    if not isinstance(value, int | np.integer) or value < 0:
+        raise ShapeError(f"{name} must be an integer of at least 0, got {value!r}")
+    return int(value)

@@ -52,6 +52,7 @@ def solve_socp(
     b: Floats,
     cones: Sequence[Cone],
     time_limit: float = math.inf,
+    tolerance: float = 1e-9,
 ) -> ConicSolution:
     """Minimise cost.x subject to b - A x in a product of cones (Goulart and Chen 2024).
 
@@ -62,13 +63,14 @@ def solve_socp(
         cones: kind and number of rows of each cone, in the order of the rows; without rows it is
             left out. A power cone holds (x, y, z) with x^a y^(1-a) >= |z|, a its exponent.
         time_limit: [s]; when it is reached the last iterate is returned, `solved` False.
+        tolerance: of feasibility and gap, where iterations stop.
     """
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1  # the same result on every machine
     settings.presolve_enable = False  # it only looks for infinite offsets
     settings.time_limit = max(time_limit, 1e-3)
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-9
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     nx = cost.size
     solver = clarabel.DefaultSolver(
         csc_matrix((nx, nx)),

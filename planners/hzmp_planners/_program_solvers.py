@@ -44,7 +44,9 @@ def solve_by_simplex(program: ConvexProgram) -> tuple[Floats, Floats] | None:
     return None if answer is None else (answer.x, answer.equal)
 
 
-def solve_by_interior_point(program: ConvexProgram) -> tuple[Floats, Floats] | None:
+def solve_by_interior_point(
+    program: ConvexProgram, tolerance: float
+) -> tuple[Floats, Floats] | None:
     """Interior point: balls as second-order cones, other norms as power cones."""
     nx, m = program.q.size, program.e.size
     builder = _Cones(nx)
@@ -54,7 +56,7 @@ def solve_by_interior_point(program: ConvexProgram) -> tuple[Floats, Floats] | N
         start += block.size
     A, b, cones = builder.rows(program.E, program.e)
     cost = np.append(program.q, np.zeros(A.shape[1] - nx))
-    solution = solve_socp(cost, A, b, [("zero", m), *cones])
+    solution = solve_socp(cost, A, b, [("zero", m), *cones], tolerance=tolerance)
     if not (np.isfinite(solution.x).all() and np.isfinite(solution.z).all()):
         return None
     return solution.x[:nx], -solution.z[:m]

@@ -240,6 +240,8 @@ class Set(ABC):
         """The union with other polytopal sets, as one hybrid zonotope."""
         from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
 
+        for other in others:
+            self._check_dimension(other)
         return HybridZonotope.from_union([self, *others])
 
     def __matmul__(self, other: object) -> Set:
@@ -247,6 +249,8 @@ class Set(ABC):
 
     def __rmatmul__(self, matrix: ArrayLike) -> Self:
         R = as_floats(matrix, "the matrix of a linear map", 2)
+        if not len(R):
+            raise ShapeError("the matrix of a linear map needs at least one row")
         if R.shape[1] != self.n:
             raise ShapeError(f"the matrix must have {self.n} columns for this set, got {R.shape}")
         return self._mapped(R)
@@ -267,6 +271,12 @@ class Set(ABC):
 
     def __and__(self, other: Set) -> Set:
         return self.intersection(other)
+
+    def _check_dimension(self, other: object) -> None:
+        if not isinstance(other, Set):
+            raise ShapeError(f"the other operand must be a set, got {other!r:.60}")
+        if other.n != self.n:
+            raise ShapeError(f"sets of dimensions {self.n} and {other.n} share no points")
 
     def to_json(self) -> str:
         """JSON text that `from_json` turns into the same set."""

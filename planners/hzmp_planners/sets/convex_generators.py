@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from operator import index
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -38,7 +39,10 @@ class ConstrainedConvexGenerator(GeneratorSet):
         balls: Iterable[tuple[int, float]],
     ) -> None:
         matrices = checked_form(G, c, A, b)
-        blocks = tuple(Ball(int(size), float(p)) for size, p in balls)
+        try:
+            blocks = tuple(Ball(index(size), float(p)) for size, p in balls)
+        except (TypeError, ValueError) as error:
+            raise ShapeError(f"balls must be pairs of a size and a norm, got {balls}") from error
         ng = matrices[0].shape[1]
         if sum(ball.size for ball in blocks) != ng or any(ball.size < 0 for ball in blocks):
             raise ShapeError(f"balls must cover the {ng} generators once, got {blocks}")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.distance import pdist
 
-from hzmp_planners._arrays import Floats, as_point, frozen
+from hzmp_planners._arrays import Floats, as_count, as_point, frozen
 from hzmp_planners.constants import SET_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.base import Set
@@ -170,6 +170,7 @@ class ConvexSet(Set):
         Raises:
             ShapeError: the set is empty.
         """
+        as_count(k, "k")
         if self.is_empty():
             raise ShapeError("an empty set has no points to sample")
         if self.form.is_polytopal:
@@ -195,7 +196,3 @@ class ConvexSet(Set):
     def convex_relaxation(self) -> Self:
         """The set itself."""
         return self
-
-    def _check_dimension(self, other: Set) -> None:
-        if other.n != self.n:
-            raise ShapeError(f"sets of dimensions {self.n} and {other.n} share no points")

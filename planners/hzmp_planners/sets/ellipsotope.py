@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from operator import index
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,8 +52,11 @@ class Ellipsotope(GeneratorSet):
     ) -> None:
         matrices = checked_form(G, c, A, b)
         ng = matrices[0].shape[1]
-        given = [range(ng)] if groups is None else groups
-        indices = tuple(group for group in (tuple(map(int, group)) for group in given) if group)
+        try:
+            given = [range(ng)] if groups is None else [list(group) for group in groups]
+            indices = tuple(tuple(map(index, group)) for group in given if group)
+        except TypeError as error:
+            raise ShapeError(f"groups must be lists of integers, got {groups}") from error
         if sorted(j for group in indices for j in group) != list(range(ng)):
             raise ShapeError(f"groups must hold each index from 0 to {ng - 1} once, got {indices}")
         if not p >= 1.0:

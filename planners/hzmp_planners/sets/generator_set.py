@@ -20,6 +20,7 @@ from hzmp_planners.sets.form.ellipsoids import ellipsoid_volume
 from hzmp_planners.sets.form.form import GeneratorForm
 from hzmp_planners.sets.form.polytopal_balls import with_polytopal_balls
 from hzmp_planners.sets.form.redundancy import without_redundancy
+from hzmp_planners.sets.hulls.nearest import nearest_of_hulls
 
 if TYPE_CHECKING:
     from typing import Self
@@ -34,6 +35,7 @@ class GeneratorSet(ConvexSet):
     """A convex set with fields G and c, and perhaps constraints A xi = b."""
 
     c: Floats
+    _operands: tuple[Floats, Floats] | None = None
 
     @classmethod
     @abstractmethod
@@ -89,7 +91,22 @@ class GeneratorSet(ConvexSet):
 
     @cached_property
     def _is_empty(self) -> bool:
-        return queries.is_empty(self.form) if self._points is None else not len(self._points)
+        if self._points is not None:
+            return not len(self._points)
+        if self._operands is not None:
+            one, two = self._operands
+            pair = nearest_of_hulls(one, two)
+            if pair is not None:
+                size = max(float(np.ptp(points, axis=0).max()) for points in (one, two))
+                return math.dist(*pair) > SET_TOL * size
+        return queries.is_empty(self.form)
+
+    def _as_intersection_of(self, one: ConvexSet, two: ConvexSet, R: Floats | None) -> Self:
+        """Remember the points of both operands: their distance decides emptiness faster."""
+        first, second = one._points, two._points
+        if R is None and first is not None and second is not None and len(first) and len(second):
+            vars(self)["_operands"] = (first, second)
+        return self
 
     def contains(self, X: ArrayLike, tol: float | None = None) -> Bools:
         """Which of the points (k, n) lie in the set; shape (k,).

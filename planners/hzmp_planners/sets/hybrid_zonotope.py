@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array, hstack
 
-from hzmp_planners._arrays import Bools, Floats, as_floats, as_point, as_points
+from hzmp_planners._arrays import Bools, Floats, as_count, as_floats, as_point, as_points, frozen
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.base import Set
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
@@ -143,7 +143,7 @@ class HybridZonotope(Set):
         choices = csr_array((1, 0), dtype=np.bool_)
         return cls(
             csc_array(form.G), none[0], form.c, csc_array(form.A), none[1], form.b,
-            lambda: LeafTable.of_parts(choices, [leaf]),
+            lambda: LeafTable(choices, lambda _: leaf, may_be_empty=True),
         )  # fmt: skip
 
     @classmethod
@@ -195,17 +195,23 @@ class HybridZonotope(Set):
     @cached_property
     def leaf_table(self) -> LeafTable:
         """Leaves with their binaries and points."""
-        return self._searched(math.inf) if self._source is None else self._source()
+        known = self._source is not None
+        return self._candidates.without_empty() if known else self._searched(math.inf)
+
+    @cached_property
+    def _candidates(self) -> LeafTable:
+        assert self._source is not None
+        return self._source()
 
     def _searched(self, time_limit: float) -> LeafTable:
         found = list(admissible_choices(self, time_limit))
         choices = csr_array(np.array(found).reshape(len(found), self.nb) > 0.0)
-        return LeafTable(choices, lambda i: leaf_of_choice(self, found[i]))
+        return LeafTable(choices, lambda i: leaf_of_choice(self, found[i]), may_be_empty=False)
 
     @cached_property
     def binaries(self) -> Floats:
         """Binary factors of each leaf, -1 or 1, shape (N, nb)."""
-        return np.where(self.leaf_table.choices.toarray(), 1.0, -1.0)
+        return frozen(np.where(self.leaf_table.choices.toarray(), 1.0, -1.0))
 
     def leaf_index(self, xi_b: ArrayLike) -> int:
         """Index of the leaf with these binary factors (nb,): ID of Remark 3.1 of the HZ-MP paper.
@@ -247,9 +253,11 @@ class HybridZonotope(Set):
         Raises:
             SolverError: no verdict that holds.
         """
-        if self._source is None and "leaf_table" not in self.__dict__:
+        if "leaf_table" in self.__dict__:
+            return len(self.leaf_table) == 0
+        if self._source is None:
             return next(admissible_choices(self), None) is None
-        return len(self.leaf_table) == 0
+        return self._candidates.is_empty
 
     def contains(self, X: ArrayLike, tol: float | None = None) -> Bools:
         """Which of the points (k, n) lie in some leaf; shape (k,).
@@ -267,8 +275,7 @@ class HybridZonotope(Set):
             ShapeError: another dimension, or a curved inner set.
             SolverError: no verdict that holds.
         """
-        if inner.n != self.n:
-            raise ShapeError(f"sets of dimensions {self.n} and {inner.n} share no points")
+        self._check_dimension(inner)
         return all(
             part.is_empty() or not queries.remainder(part.to_polytope(), self)
             for part in inner.convex_parts()
@@ -330,7 +337,7 @@ class HybridZonotope(Set):
         Raises:
             ShapeError: the set is empty.
         """
-        return queries.sample(self, k, rng)
+        return queries.sample(self, as_count(k, "k"), rng)
 
     def complement(self, lo: ArrayLike, hi: ArrayLike) -> HybridZonotope:
         """Closure of the box (lo, hi) minus this set, as convex pieces in V-rep form.
@@ -346,8 +353,7 @@ class HybridZonotope(Set):
         Raises:
             ShapeError: another dimension, or a curved set.
         """
-        if other.n != self.n:
-            raise ShapeError(f"sets of dimensions {self.n} and {other.n} share no points")
+        self._check_dimension(other)
         union = HybridZonotope.from_union([other])
         pieces = [
             piece

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Bools, Floats
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.base import Set
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
@@ -25,6 +25,7 @@ def minkowski_sum(one: Set, two: Set) -> Set:
     Raises:
         ShapeError: different dimensions, or no type holds the result.
     """
+    _check_sets(one, two)
     _check_dimensions(one.n, two.n, "a Minkowski sum")
     if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
         return operations.minkowski_sum(_as_hybrid(one), _as_hybrid(two))
@@ -44,6 +45,7 @@ def intersection(one: Set, two: Set, R: Floats | None = None) -> Set:
     Raises:
         ShapeError: shapes do not fit, or no type holds the result.
     """
+    _check_sets(one, two)
     if R is not None and R.shape != (two.n, one.n):
         raise ShapeError(f"R must have shape ({two.n}, {one.n}), got {R.shape}")
     if R is None:
@@ -53,22 +55,31 @@ def intersection(one: Set, two: Set, R: Floats | None = None) -> Set:
     if isinstance(two, Polytope):
         H, f = (two.A if R is None else two.A @ R), two.b
         if isinstance(one, HybridZonotope):
-            return operations.cut(one, H, f)
+            if R is None:
+                return operations.cut(one, two)
+            live = _live_rows(H, f)
+            if live is None:
+                return HybridZonotope.empty(one.n)
+            return operations.cut(one, Polytope(H[live], f[live])) if live.any() else one
         if isinstance(one, Polytope):
-            return _stacked(one, H, f)
+            live = _live_rows(H, f)
+            if live is None:
+                return Polytope.empty(one.n)
+            return Polytope(np.vstack([one.A, H[live]]), np.concatenate([one.b, f[live]]))
         assert isinstance(one, GeneratorSet)
         form = one.form.cut(H, f)
         kind = ConstrainedZonotope if form.is_polytopal else ConstrainedConvexGenerator
-        return kind._of_form(form)
+        return kind._of_form(form)._as_intersection_of(one, two, R)
     if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
         return operations.intersection(_as_hybrid(one), _as_hybrid(two), R)
     assert isinstance(one, ConvexSet)
     assert isinstance(two, ConvexSet)
-    return _typed(one.form.meet(two.form, R), one, two)
+    return _typed(one.form.meet(two.form, R), one, two)._as_intersection_of(one, two, R)
 
 
 def cartesian_product(one: Set, two: Set) -> Set:
     """Points (x, y) with x in one set and y in the other."""
+    _check_sets(one, two)
     if isinstance(one, HybridZonotope) or isinstance(two, HybridZonotope):
         return operations.cartesian_product(_as_hybrid(one), _as_hybrid(two))
     assert isinstance(one, ConvexSet)
@@ -80,13 +91,11 @@ def cartesian_product(one: Set, two: Set) -> Set:
     return _typed(one.form.times(two.form), one, two)
 
 
-def _stacked(one: Polytope, H: Floats, f: Floats) -> Polytope:
-    """Half-spaces of both; rows of H that R has mapped to zero hold everywhere or nowhere."""
+def _live_rows(H: Floats, f: Floats) -> Bools | None:
+    """Half-spaces that a map has not sent to 0 x <= f; None when such a one holds nowhere."""
     lengths = np.linalg.norm(H, axis=1)
     idle = lengths <= 1e-12 * lengths.max(initial=1.0)
-    if (f[idle] < 0.0).any():
-        return Polytope.empty(one.n)
-    return Polytope(np.vstack([one.A, H[~idle]]), np.concatenate([one.b, f[~idle]]))
+    return None if (f[idle] < 0.0).any() else np.asarray(~idle)
 
 
 def _typed(form: GeneratorForm, one: ConvexSet, two: ConvexSet) -> GeneratorSet:
@@ -111,6 +120,12 @@ def _as_hybrid(body: Set) -> HybridZonotope:
             "enclosing_zonotope(), or combine it with each of the leaves()"
         )
     return HybridZonotope.from_convex(body)
+
+
+def _check_sets(*operands: object) -> None:
+    for operand in operands:
+        if not isinstance(operand, Set):
+            raise ShapeError(f"the operands must be sets, got {operand!r:.60}")
 
 
 def _check_dimensions(one: int, two: int, what: str) -> None:

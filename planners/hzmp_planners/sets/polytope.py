@@ -115,6 +115,8 @@ class Polytope(ConvexSet):
         Raises:
             ShapeError: shapes do not fit, a row is zero, or there is no row at all.
         """
+        if (A_eq is None) != (b_eq is None):
+            raise ShapeError("A_eq and b_eq come together: A_eq x = b_eq")
         if A_eq is None or b_eq is None:
             return cls(A, b)
         E, e = as_floats(A_eq, "A_eq", 2), as_floats(b_eq, "b_eq", 1)
@@ -140,6 +142,8 @@ class Polytope(ConvexSet):
     @classmethod
     def empty(cls, n: int) -> Polytope:
         """The empty set of R^n, as two half-spaces that exclude each other."""
+        if n < 1:
+            raise ShapeError(f"a set needs a space of at least one dimension, got {n}")
         A = np.zeros((2, n))
         A[:, 0] = 1.0, -1.0
         return cls.from_both_forms(A, -np.ones(2), np.zeros((0, n)))
@@ -256,6 +260,8 @@ class Polytope(ConvexSet):
         Raises:
             SolverError: a linear program ended without a verdict.
         """
+        if self.is_empty():  # any half-space can seem implied by others that exclude each other
+            return Polytope.empty(self.n)
         keep = np.ones(len(self.b), dtype=np.bool_)
         room = PLANE_TOL * max(1.0, float(np.abs(self.b).max()))
         for i in range(len(self.b)):
@@ -274,4 +280,5 @@ class Polytope(ConvexSet):
         return smaller
 
     def _fields(self) -> dict[str, Any]:
-        return {"A": self.A.tolist(), "b": self.b.tolist()}
+        known = {} if self._points is None else {"points": self._points.tolist()}
+        return {"A": self.A.tolist(), "b": self.b.tolist()} | known

@@ -21,6 +21,8 @@ def as_sparse(value: Any, name: str) -> Matrix:
     Raises:
         ShapeError: not a matrix of finite numbers.
     """
+    if isinstance(value, csc_array) and not value.data.flags.writeable:
+        return csc_array(value, dtype=np.float64)  # one of ours: checked before
     try:
         matrix = csc_array(value).astype(np.float64)
     except (TypeError, ValueError) as error:
@@ -31,6 +33,11 @@ def as_sparse(value: Any, name: str) -> Matrix:
         raise ShapeError(f"{name} must be finite")
     matrix.sum_duplicates()
     matrix.sort_indices()
+    return frozen_matrix(matrix)
+
+
+def frozen_matrix(matrix: Matrix) -> Matrix:
+    """The same matrix, made read-only."""
     for part in (matrix.data, matrix.indices, matrix.indptr):
         part.setflags(write=False)
     return matrix

@@ -36,7 +36,7 @@ def from_json(text: str) -> Set:
         return _READERS[fields["type"]](fields)
     except HzmpError:
         raise
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
         raise ShapeError(
             f"not the JSON text of a set of type {', '.join(_READERS)}: {error!r}"
         ) from error
@@ -91,7 +91,7 @@ def _hybrid_zonotope(fields: dict[str, Any]) -> HybridZonotope:
         shape = (len(chosen), matrices["Gb"].shape[1])
         choices = csr_array((np.ones(len(rows), np.bool_), (rows, columns)), shape=shape)
         leaves = tuple(map(_constrained_zonotope, fields["leaves"]["parts"]))
-        table = LeafTable(choices, leaves.__getitem__)
+        table = LeafTable(choices, leaves.__getitem__, may_be_empty=False)
         source = lambda: table  # noqa: E731
     return HybridZonotope(
         matrices["Gc"], matrices["Gb"], fields["c"],

@@ -15,7 +15,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._ball_program import Block, conjugate
@@ -116,7 +115,7 @@ class GeneratorForm:
 
     def times(self, other: GeneratorForm) -> GeneratorForm:
         """Cartesian product."""
-        return self._joined(other, block_diag(self.G, other.G), np.concatenate([self.c, other.c]))
+        return self._joined(other, diagonal(self.G, other.G), np.concatenate([self.c, other.c]))
 
     def meet(self, other: GeneratorForm, R: Floats | None = None) -> GeneratorForm:
         """Points z of this set with R z in the other one (Scott et al. 2016, eq. 13)."""
@@ -144,11 +143,21 @@ class GeneratorForm:
         return GeneratorForm(G, self.c, A, np.concatenate([self.b, offsets]), balls)
 
     def _joined(self, other: GeneratorForm, G: Floats, c: Floats | None = None) -> GeneratorForm:
-        A = block_diag(self.A, other.A).reshape(self.b.size + other.b.size, G.shape[1])
+        A = diagonal(self.A, other.A)
         b = np.concatenate([self.b, other.b])
         return GeneratorForm(
             G, self.c if c is None else c, A, b, join_balls(self.balls, other.balls)
         )
+
+
+def diagonal(*blocks: Floats) -> Floats:
+    """Matrices along the diagonal of one; blocks without rows or columns keep their width."""
+    made = np.zeros((sum(len(block) for block in blocks), sum(block.shape[1] for block in blocks)))
+    row = column = 0
+    for block in blocks:
+        made[row : row + len(block), column : column + block.shape[1]] = block
+        row, column = row + len(block), column + block.shape[1]
+    return made
 
 
 def halfspace_rows(
@@ -195,9 +204,9 @@ def _opposite(H: Floats, f: Floats, tol: Floats) -> list[int]:
     partner = [-1] * len(f)
     cosines = H @ H.T
     lengths = np.sqrt(np.diag(cosines))
-    pairs = (cosines <= -(1.0 - 1e-12) * np.outer(lengths, lengths)) & (
-        np.abs(f[:, None] / lengths[:, None] + f[None] / lengths[None]) <= tol[:, None]
-    )
+    scaled = f / np.where(lengths > 0.0, lengths, 1.0)
+    pairs = (cosines <= -(1.0 - 1e-12) * np.outer(lengths, lengths)) & (lengths > 0.0)
+    pairs &= np.abs(scaled[:, None] + scaled[None]) <= tol[:, None]
     for i, j in np.argwhere(np.triu(pairs, 1)).tolist():
         if partner[i] < 0 and partner[j] < 0:
             partner[i], partner[j] = j, i

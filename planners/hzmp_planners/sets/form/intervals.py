@@ -9,6 +9,9 @@ from hzmp_planners._arrays import Bools, Floats
 from hzmp_planners.constants import RESIDUAL_TOL
 
 _MOST_ROUNDS = 50  # bounds may shrink for ever by less and less: any round's bounds are valid
+_STEP = 1e-6
+"""Smaller gains are left alone, and so are fixed variables. A bound that is computed again from
+bounds that it gave itself would multiply round-off by a row's coefficients with each round."""
 
 
 def propagate(
@@ -21,7 +24,8 @@ def propagate(
     """Tighter bounds of the solutions of A xi = b with lo <= xi <= hi; None when there are none.
 
     From each row, xi_j = (b_i - sum over k != j of a_ik xi_k) / a_ij, evaluated on intervals, until
-    no bound moves. Rows are expected to be scaled to unit size.
+    no bound moves. Rows are expected to be scaled to unit size; None needs a contradiction of more
+    than `_STEP`, and what is closer is left to a program.
 
     Args:
         A: shape (m, k), dense or sparse.
@@ -34,30 +38,34 @@ def propagate(
     lo, hi = lo.copy(), hi.copy()
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
     columns, values = matrix.indices, matrix.data
-    strong = np.abs(values) > 1e-6  # smaller coefficients would magnify round-off
+    strong = np.abs(values) > 1e-4  # smaller coefficients would magnify round-off
     for _ in range(_MOST_ROUNDS):
         ends = values * lo[columns], values * hi[columns]
         low, high = np.minimum(*ends), np.maximum(*ends)
         least = np.bincount(rows, low, len(b))
         most = np.bincount(rows, high, len(b))
-        if (least > b + RESIDUAL_TOL).any() or (most < b - RESIDUAL_TOL).any():
+        if (least > b + _STEP).any() or (most < b - _STEP).any():
             return None
         # Range of a_ij xi_j that row i leaves.
         rest_low = b[rows] - (most[rows] - high)
         rest_high = b[rows] - (least[rows] - low)
         with np.errstate(divide="ignore", invalid="ignore"):
             limits = rest_low / values, rest_high / values
-        new_lo, new_hi = lo.copy(), hi.copy()
-        np.maximum.at(new_lo, columns[strong], np.minimum(*limits)[strong])
-        np.minimum.at(new_hi, columns[strong], np.maximum(*limits)[strong])
+        above, below = lo.copy(), hi.copy()
+        np.maximum.at(above, columns[strong], np.minimum(*limits)[strong])
+        np.minimum.at(below, columns[strong], np.maximum(*limits)[strong])
         if binary is not None:
-            new_lo[binary & (new_lo > -1.0 + 1e-6)] = 1.0
-            new_hi[binary & (new_hi < 1.0 - 1e-6)] = -1.0
-        if (new_lo > new_hi + RESIDUAL_TOL).any():
+            above[binary & (above > -1.0 + _STEP)] = 1.0
+            below[binary & (below < 1.0 - _STEP)] = -1.0
+        if (above > below + _STEP).any():
             return None
-        new_hi = np.maximum(new_lo, new_hi)
-        moved = max(float((new_lo - lo).max(initial=0.0)), float((hi - new_hi).max(initial=0.0)))
-        lo, hi = new_lo, new_hi
-        if moved <= 1e-6:
+        raised = (above > lo + _STEP) & (hi > lo)
+        lowered = (below < hi - _STEP) & (hi > lo)
+        lo, hi = np.where(raised, above, lo), np.where(lowered, below, hi)
+        crossed = lo > hi
+        lo[crossed] = hi[crossed] = (lo + hi)[crossed] / 2.0
+        close = hi - lo <= RESIDUAL_TOL
+        lo[close] = hi[close] = (lo + hi)[close] / 2.0
+        if not (raised | lowered).any():
             break
     return lo, hi

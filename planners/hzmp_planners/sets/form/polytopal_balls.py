@@ -7,12 +7,11 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners._ball_program import conjugate
 from hzmp_planners.errors import QueryError
-from hzmp_planners.sets.form.form import Ball, GeneratorForm
+from hzmp_planners.sets.form.form import Ball, GeneratorForm, diagonal
 from hzmp_planners.sets.hulls.sampling import spread_directions
 
 if TYPE_CHECKING:
@@ -41,9 +40,8 @@ def with_polytopal_balls(
     parts = [_polytope(ball, directions, outside) for ball in form.balls]
     if not parts:
         return ConstrainedZonotope(form.G, form.c, form.A, form.b)
-    G, c = block_diag(*(part.G for part in parts)), np.concatenate([part.c for part in parts])
-    rows = [np.zeros((0, part.G.shape[1])) if not part.b.size else part.A for part in parts]
-    A = np.vstack([form.A @ G, block_diag(*rows).reshape(-1, G.shape[1])])
+    G, c = diagonal(*(part.G for part in parts)), np.concatenate([part.c for part in parts])
+    A = np.vstack([form.A @ G, diagonal(*(part.A for part in parts))])
     b = np.concatenate([form.b - form.A @ c, *(part.b for part in parts)])
     return ConstrainedZonotope(form.G @ G, form.c + form.G @ c, A, b)
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners._ball_program import Block, ConvexProgram, conjugate, norm
 from hzmp_planners._convex_program import Optimum, least_residual, minimize
 from hzmp_planners.constants import RESIDUAL_TOL
-from hzmp_planners.sets.form.form import GeneratorForm
+from hzmp_planners.sets.form.form import GeneratorForm, diagonal
 
 
 def farthest(form: GeneratorForm, d: Floats) -> Floats | None:
@@ -103,11 +102,8 @@ def interior_slack(one: GeneratorForm, two: GeneratorForm) -> Optimum | None:
     contact only if no factor of the two forms is fixed.
     """
     unit = max(one.size, two.size, float(np.abs(two.c - one.c).max(initial=0.0)))
-    forms = one, two
-    rows = [
-        np.zeros((0, form.G.shape[1])) if not form.b.size else form.equations[0] for form in forms
-    ]
-    A = np.vstack([block_diag(*rows), np.hstack([one.G, -two.G]) / unit])
+    A = diagonal(one.equations[0], two.equations[0])
+    A = np.vstack([A, np.hstack([one.G, -two.G]) / unit])
     b = np.concatenate([one.equations[1], two.equations[1], (two.c - one.c) / unit])
     # Variables: per block its radius 1 - delta, then its factors; last delta.
     balls = one.balls + two.balls

@@ -56,7 +56,7 @@ def sample_by_rejection(body: ConvexSet, count: int, rng: np.random.Generator) -
     turned = np.vstack([np.eye(dimension), -np.eye(dimension), spread_directions(dimension, 32)])
     reach = np.array([body.support(d @ hull.basis) - d @ hull.basis @ hull.point for d in turned])
     outer = Polytope.from_halfspaces(turned, reach)
-    kept: list[Floats] = []
+    kept = [np.zeros((0, body.n))]
     found = 0
     while found < count:
         flat = outer.sample(count - found + 8, rng)

@@ -12,7 +12,7 @@ from scipy.sparse import csc_array, csr_array, hstack
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners._ball_program import Block, ConvexProgram
-from hzmp_planners._convex_program import Optimum, minimize
+from hzmp_planners._convex_program import minimize
 from hzmp_planners.constants import RESIDUAL_TOL
 from hzmp_planners.errors import LimitError
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
@@ -20,6 +20,8 @@ from hzmp_planners.sets.form.intervals import propagate
 
 if TYPE_CHECKING:
     from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
+
+_SMALL = 4_000  # entries up to which projections are faster than a linear program
 
 
 def admissible_choices(union: HybridZonotope, time_limit: float = math.inf) -> Iterator[Floats]:
@@ -62,7 +64,7 @@ def admissible_choices(union: HybridZonotope, time_limit: float = math.inf) -> I
             yield lo[binary]
             continue
         values = (lo + hi) / 2.0
-        values[hi - lo > RESIDUAL_TOL] += relaxed.v * ((hi - lo) / 2.0)[hi - lo > RESIDUAL_TOL]
+        values[hi - lo > RESIDUAL_TOL] += relaxed * ((hi - lo) / 2.0)[hi - lo > RESIDUAL_TOL]
         branch = int(np.where(free, np.abs(values), np.inf).argmin())
         below, above = hi.copy(), lo.copy()
         below[branch], above[branch] = -1.0, 1.0
@@ -99,7 +101,7 @@ def scaled_rows(A: csr_array[np.float64], b: Floats) -> tuple[csr_array[np.float
     return csr_array(A.multiply((1.0 / sizes)[:, None])), b / sizes
 
 
-def _relaxation(A: csr_array[np.float64], b: Floats, lo: Floats, hi: Floats) -> Optimum | None:
+def _relaxation(A: csr_array[np.float64], b: Floats, lo: Floats, hi: Floats) -> Floats | None:
     """A solution of A xi = b within the bounds, in units of them; None when there is none."""
     middle, radius = (lo + hi) / 2.0, (hi - lo) / 2.0
     free = np.flatnonzero(radius > RESIDUAL_TOL)
@@ -108,9 +110,29 @@ def _relaxation(A: csr_array[np.float64], b: Floats, lo: Floats, hi: Floats) -> 
     if (np.abs(rest[~live]) > 10.0 * RESIDUAL_TOL).any():
         return None
     rows = np.flatnonzero(live)
-    program = ConvexProgram(
-        np.zeros(len(free)), csc_array(columns[rows]), rest[rows], (Block(len(free), math.inf),)
-    )
-    if not len(rows):
-        return Optimum(np.zeros(len(free)), 0.0, 0.0, np.zeros(0))
-    return minimize(program, "relaxation of a hybrid zonotope")
+    matrix, offset = csc_array(columns[rows]), rest[rows]
+    if matrix.shape[0] * matrix.shape[1] <= _SMALL:
+        guess = _by_projections(matrix.toarray(), offset)
+        if guess is not None:
+            return guess
+    program = ConvexProgram(np.zeros(len(free)), matrix, offset, (Block(len(free), math.inf),))
+    found = minimize(program, "relaxation of a hybrid zonotope")
+    return None if found is None else found.v
+
+
+def _by_projections(A: Floats, b: Floats) -> Floats | None:
+    """A solution inside the box by alternating projections; None says nothing.
+
+    Where solutions inside a slightly smaller box exist a few rounds find one, without a program.
+    """
+    inverse = np.linalg.pinv(A, rcond=1e-12)
+    guess = inverse @ b
+    for _ in range(30):
+        gap = float(np.abs(A @ guess - b).max(initial=0.0))
+        if gap > 0.1 * RESIDUAL_TOL:
+            return None  # on no round can the equations be met
+        if np.abs(guess).max(initial=0.0) <= 1.0:
+            return np.asarray(guess)
+        inside = np.clip(guess, -0.999, 0.999)
+        guess = inside + inverse @ (b - A @ inside)
+    return None

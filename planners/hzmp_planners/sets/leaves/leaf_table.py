@@ -38,7 +38,7 @@ class StackedPoints:
 
 
 class LeafTable:
-    """Leaves in the order of their index; none of them is empty.
+    """Leaves in the order of their index.
 
     Sets are made when they are first asked for: a union of ten thousand cells can be classified
     and looked up by its stacked vertices alone.
@@ -49,22 +49,35 @@ class LeafTable:
         choices: csr_array[np.bool_],
         make: Callable[[int], ConstrainedZonotope],
         stack: StackedPoints | None = None,
+        *,
+        may_be_empty: bool,
     ) -> None:
         self.choices = choices
         """Row i marks the binaries that are +1 in leaf i, shape (N, nb)."""
+        self.may_be_empty = may_be_empty
+        """Whether these are candidates, of which some may be empty."""
         self._make = make
+        self.known_stack = stack
+        """Points of the leaves if they are known without making the leaves."""
         self._made: dict[int, ConstrainedZonotope] = {}
-        self._stack = stack
-
-    @classmethod
-    def of_parts(cls, choices: csr_array[np.bool_], parts: list[ConstrainedZonotope]) -> LeafTable:
-        """A table of the parts that are not empty."""
-        kept = [i for i, part in enumerate(parts) if not part.is_empty()]
-        leaves = tuple(parts[i] for i in kept)
-        return cls(csr_array(choices[kept]), leaves.__getitem__)
 
     def __len__(self) -> int:
         return int(self.choices.shape[0])
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no leaf has a point."""
+        if not self.may_be_empty:
+            return len(self) == 0
+        return all(self.part(i).is_empty() for i in range(len(self)))
+
+    def without_empty(self) -> LeafTable:
+        """The leaves that have a point."""
+        if not self.may_be_empty:
+            return self
+        kept = [i for i in range(len(self)) if not self.part(i).is_empty()]
+        choices = csr_array(self.choices[kept])
+        return LeafTable(choices, [self.part(i) for i in kept].__getitem__, may_be_empty=False)
 
     @cached_property
     def parts(self) -> tuple[ConstrainedZonotope, ...]:
@@ -80,8 +93,8 @@ class LeafTable:
     @cached_property
     def stack(self) -> StackedPoints:
         """Points whose hulls the leaves are."""
-        if self._stack is not None:
-            return self._stack
+        if self.known_stack is not None:
+            return self.known_stack
         points = [part.hull_points() for part in self.parts]
         n = self.parts[0].n if points else 0
         starts = np.cumsum([0, *map(len, points)])[:-1].astype(np.int64)

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.sparse import csc_array, csr_array, hstack
 
-from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._arrays import Floats, Ints, frozen
 from hzmp_planners.constants import SET_TOL
 from hzmp_planners.sets.base import Set
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
 from hzmp_planners.sets.form.form import halfspace_rows
 from hzmp_planners.sets.hybrid_zonotope import HybridZonotope, LeafSource
-from hzmp_planners.sets.leaves.leaf_table import LeafTable
+from hzmp_planners.sets.leaves.leaf_table import LeafTable, StackedPoints
 from hzmp_planners.sets.polytope import Polytope
 from hzmp_planners.sets.sparse import Matrix, stack, zeros
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 def linear_map(R: Floats, union: HybridZonotope) -> HybridZonotope:
     """R times the union."""
-    source = _mapped_leaves(union, lambda leaf: R @ leaf)
+    source = _mapped_leaves(union, lambda leaf: R @ leaf, lambda points: points @ R.T)
     return HybridZonotope(
         csc_array(R @ union.Gc),
         csc_array(R @ union.Gb),
@@ -41,16 +41,16 @@ def linear_map(R: Floats, union: HybridZonotope) -> HybridZonotope:
 
 def shift(union: HybridZonotope, v: Floats) -> HybridZonotope:
     """The union moved by v."""
-    source = _mapped_leaves(union, lambda leaf: leaf + v)
+    source = _mapped_leaves(union, lambda leaf: leaf + v, lambda points: points + v)
     return HybridZonotope(union.Gc, union.Gb, union.c + v, union.Ac, union.Ab, union.b, source)
 
 
-def cut(union: HybridZonotope, H: Floats, f: Floats) -> HybridZonotope:
-    """Points x of the union with H x <= f: a factor and a row a half-space that cuts."""
+def cut(union: HybridZonotope, half_spaces: Polytope) -> HybridZonotope:
+    """Points of the union inside half-spaces: a factor and a row a half-space that cuts."""
+    H, f = half_spaces.A, half_spaces.b
     mapped_c, mapped_b = csr_array(H @ union.Gc), csr_array(H @ union.Gb)
     reach = np.asarray(abs(mapped_c).sum(axis=1) + abs(mapped_b).sum(axis=1), dtype=np.float64)
     rows, columns, offsets = halfspace_rows(H, f, f - H @ union.c, reach)
-    half_spaces = Polytope(H, f)
     return HybridZonotope(
         stack([[union.Gc, zeros(union.n, columns.shape[1])]]),
         union.Gb,
@@ -64,7 +64,7 @@ def cut(union: HybridZonotope, H: Floats, f: Floats) -> HybridZonotope:
 
 def minkowski_sum(one: HybridZonotope, two: HybridZonotope) -> HybridZonotope:
     """Sums of a point of each."""
-    everything = _all_pairs if _knows(one, two) else None
+    source = _paired_leaves(one, two, _all_pairs, lambda a, b: a + b, may_be_empty=False)
     return HybridZonotope(
         stack([[one.Gc, two.Gc]]),
         stack([[one.Gb, two.Gb]]),
@@ -72,13 +72,15 @@ def minkowski_sum(one: HybridZonotope, two: HybridZonotope) -> HybridZonotope:
         _diagonal(one.Ac, two.Ac),
         _diagonal(one.Ab, two.Ab),
         np.concatenate([one.b, two.b]),
-        everything and _paired_leaves(one, two, everything, lambda a, b: a + b),
+        source if _knows(one, two) else None,
     )
 
 
 def cartesian_product(one: HybridZonotope, two: HybridZonotope) -> HybridZonotope:
     """Points (x, y) with x in one union and y in the other."""
-    everything = _all_pairs if _knows(one, two) else None
+    source = _paired_leaves(
+        one, two, _all_pairs, lambda a, b: a.cartesian_product(b), may_be_empty=False
+    )
     return HybridZonotope(
         _diagonal(one.Gc, two.Gc),
         _diagonal(one.Gb, two.Gb),
@@ -86,17 +88,15 @@ def cartesian_product(one: HybridZonotope, two: HybridZonotope) -> HybridZonotop
         _diagonal(one.Ac, two.Ac),
         _diagonal(one.Ab, two.Ab),
         np.concatenate([one.b, two.b]),
-        everything and _paired_leaves(one, two, everything, lambda a, b: a.cartesian_product(b)),
+        source if _knows(one, two) else None,
     )
 
 
 def intersection(one: HybridZonotope, two: HybridZonotope, R: Floats | None) -> HybridZonotope:
     """Points z of one union with R z in the other (Bird et al. 2023, proposition 7)."""
     Gc, Gb, c = (one.Gc, one.Gb, one.c) if R is None else (R @ one.Gc, R @ one.Gb, R @ one.c)
-    source: LeafSource | None = None
-    if _knows(one, two):
-        choose = near_pairs if R is None else _all_pairs
-        source = _paired_leaves(one, two, choose, lambda a, b: a.intersection(b, R))
+    choose = near_pairs if R is None else _all_pairs
+    source = _paired_leaves(one, two, choose, lambda a, b: a.intersection(b, R), may_be_empty=True)
     return HybridZonotope(
         stack([[one.Gc, zeros(one.n, two.ng)]]),
         stack([[one.Gb, zeros(one.n, two.nb)]]),
@@ -104,7 +104,7 @@ def intersection(one: HybridZonotope, two: HybridZonotope, R: Floats | None) -> 
         stack([[_diagonal(one.Ac, two.Ac)], [stack([[Gc, -two.Gc]])]]),
         stack([[_diagonal(one.Ab, two.Ab)], [stack([[Gb, -two.Gb]])]]),
         np.concatenate([one.b, two.b, two.c - c]),
-        source,
+        source if _knows(one, two) else None,
     )
 
 
@@ -112,13 +112,18 @@ def _knows(*unions: HybridZonotope) -> bool:
     return all(u._source is not None or "leaf_table" in u.__dict__ for u in unions)
 
 
-def _mapped_leaves(union: HybridZonotope, act: LeafMap) -> LeafSource | None:
+def _mapped_leaves(
+    union: HybridZonotope, act: LeafMap, move: Callable[[Floats], Floats]
+) -> LeafSource | None:
     if not _knows(union):
         return None
 
     def source() -> LeafTable:
-        table = union.leaf_table
-        return LeafTable.of_parts(table.choices, [_zonotope(act(leaf)) for leaf in table.parts])
+        table, stack = union.leaf_table, union.leaf_table.known_stack
+        moved = None if stack is None else StackedPoints(frozen(move(stack.points)), stack.starts)
+        return LeafTable(
+            table.choices, lambda i: _zonotope(act(table.part(i))), moved, may_be_empty=False
+        )
 
     return source
 
@@ -128,6 +133,8 @@ def _paired_leaves(
     two: HybridZonotope,
     choose: Callable[[HybridZonotope, HybridZonotope], Ints],
     act: Callable[[ConstrainedZonotope, ConstrainedZonotope], Set],
+    *,
+    may_be_empty: bool,
 ) -> LeafSource:
     def source() -> LeafTable:
         pairs = choose(one, two)
@@ -135,8 +142,13 @@ def _paired_leaves(
         choices = csr_array(
             hstack([table.choices[pairs[:, k]] for k, table in enumerate(tables)]) > 0
         )
-        parts = [_zonotope(act(tables[0].part(i), tables[1].part(j))) for i, j in pairs.tolist()]
-        return LeafTable.of_parts(choices, parts)
+        indices = pairs.tolist()
+
+        def make(k: int) -> ConstrainedZonotope:
+            i, j = indices[k]
+            return _zonotope(act(tables[0].part(i), tables[1].part(j)))
+
+        return LeafTable(choices, make, may_be_empty=may_be_empty)
 
     return source
 
@@ -177,11 +189,13 @@ def _cut_leaves(union: HybridZonotope, half_spaces: Polytope) -> LeafSource:
         lowest = np.minimum.reduceat(heights, stack.starts, axis=0).max(axis=1)
         highest = np.maximum.reduceat(heights, stack.starts, axis=0).max(axis=1)
         near = np.flatnonzero(lowest <= room)
-        parts = [
-            table.part(i) if highest[i] <= 0.0 else _zonotope(table.part(i) & half_spaces)
-            for i in near.tolist()
-        ]
-        return LeafTable.of_parts(csr_array(table.choices[near]), parts)
+        indices, held = near.tolist(), (highest <= 0.0).tolist()
+
+        def make(k: int) -> ConstrainedZonotope:
+            leaf = table.part(indices[k])
+            return leaf if held[indices[k]] else _zonotope(leaf & half_spaces)
+
+        return LeafTable(csr_array(table.choices[near]), make, may_be_empty=True)
 
     return source
 

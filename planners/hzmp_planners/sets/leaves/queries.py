@@ -56,6 +56,8 @@ def nearest_point(union: HybridZonotope, point: Floats) -> Floats:
 
 def distance(union: HybridZonotope, other: Set) -> float:
     """Least distance of a leaf and a convex part of the other set [m]; inf when one is empty."""
+    if other.n != union.n:
+        raise ShapeError(f"sets of dimensions {union.n} and {other.n} share no points")
     least = math.inf
     if union.is_empty():
         return least
@@ -128,7 +130,7 @@ def sample(union: HybridZonotope, count: int, rng: np.random.Generator) -> Float
     measures = np.array([_measure(leaf) for leaf in top])
     lo = np.array([leaf.interval_hull()[0] for leaf in top])
     hi = np.array([leaf.interval_hull()[1] for leaf in top])
-    kept: list[Floats] = []
+    kept = [np.zeros((0, union.n))]
     found = 0
     while found < count:
         drawn = np.bincount(rng.choice(len(top), count - found, p=measures / measures.sum()))

@@ -9,12 +9,12 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array, eye_array
 from scipy.spatial import cKDTree
 
-from hzmp_planners._arrays import Floats, frozen
+from hzmp_planners._arrays import Floats, Ints, frozen
 from hzmp_planners._links import component_labels
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets.constrained_zonotope import ConstrainedZonotope
 from hzmp_planners.sets.leaves.leaf_table import LeafTable, StackedPoints
-from hzmp_planners.sets.sparse import Matrix, as_sparse, ones, stack, zeros
+from hzmp_planners.sets.sparse import Matrix, as_sparse, frozen_matrix, ones, stack, zeros
 
 if TYPE_CHECKING:
     from hzmp_planners.sets.convex_set import ConvexSet
@@ -39,13 +39,29 @@ def of_vertices(vertices: Floats, incidence: Matrix) -> HybridParts:
     if (counts == 0).any():
         raise ShapeError(f"column {int(np.argmin(counts))} of M selects no vertex")
     N = M.shape[1]
-    half = eye_array(nv, format="csc") / 2.0
-    blank = zeros(1, nv)
-    Ac = stack([[ones(1, nv), blank], [blank, blank], [half, half]])
-    Ab = stack([[zeros(1, N)], [ones(1, N)], [-M / 2.0]])
+    each = np.arange(nv)
+    # Columns one after the other: lam_j is in rows 0 and 2 + j, its slack in 2 + j, beta_i in row 1
+    # and in those of its vertices.
+    Ac = _columns(
+        np.concatenate([np.tile([1.0, 0.5], nv), np.full(nv, 0.5)]),
+        np.concatenate([np.column_stack([0 * each, 2 + each]).ravel(), 2 + each]),
+        np.concatenate([np.full(nv, 2), np.ones(nv, dtype=np.int64)]),
+        nv + 2,
+    )
+    heads = M.indptr[:-1] + np.arange(N)
+    below = np.ones(M.nnz + N, dtype=np.bool_)
+    below[heads] = False
+    rows, values = np.ones(M.nnz + N, dtype=np.int64), np.where(below, -0.5, 1.0)
+    rows[below] = 2 + M.indices
+    Ab = _columns(values, rows, counts + 1, nv + 2)
+    Gc = _columns(
+        vertices.ravel() / 2.0,
+        np.tile(np.arange(n), nv),
+        np.concatenate([np.full(nv, n), np.zeros(nv, dtype=np.int64)]),
+        n,
+    )
     degree = np.bincount(M.indices, minlength=nv)
     b = np.concatenate([[2.0 - nv, 2.0 - N], degree / 2.0 - 1.0])
-    Gc = stack([[vertices.T / 2.0, zeros(n, nv)]])
     points = StackedPoints(frozen(vertices[M.indices]), frozen(M.indptr[:-1].astype(np.int64)))
 
     stops = M.indptr.tolist()
@@ -54,9 +70,15 @@ def of_vertices(vertices: Floats, incidence: Matrix) -> HybridParts:
         return ConstrainedZonotope.of_known_vertices(points.points[stops[leaf] : stops[leaf + 1]])
 
     def source() -> LeafTable:
-        return LeafTable(csr_array(eye_array(N, dtype=np.bool_)), make, points)
+        return LeafTable(csr_array(eye_array(N, dtype=np.bool_)), make, points, may_be_empty=False)
 
     return Gc, zeros(n, N), vertices.sum(axis=0) / 2.0, Ac, Ab, b, source
+
+
+def _columns(values: Floats, rows: Ints, counts: Ints, height: int) -> Matrix:
+    """A sparse matrix from its columns' entries one after the other, rows ascending in each."""
+    pointers = np.concatenate([[0], np.cumsum(counts)])
+    return frozen_matrix(csc_array((values, rows, pointers), shape=(height, len(counts))))
 
 
 def merged_vertices(bodies: Sequence[ConvexSet]) -> tuple[Floats, csc_array[Any]]:
@@ -130,7 +152,7 @@ def disaggregated(parts: Sequence[HybridZonotope]) -> HybridParts:
             leaves += table.parts
             start += part.nb
         stacked = csr_array(stack([[choice] for choice in choices]) > 0.5)
-        return LeafTable(stacked, leaves.__getitem__)
+        return LeafTable(stacked, leaves.__getitem__, may_be_empty=False)
 
     return *matrices, source
 
