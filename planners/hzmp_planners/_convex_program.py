@@ -14,6 +14,7 @@ meet. Infeasibility is proved by the same bound on the least residual.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +44,8 @@ class Optimum:
 def minimize(program: ConvexProgram, purpose: str) -> Optimum | None:
     """The verified optimum, or None when it is proved that no point of K has E v = e.
 
-    Feasible means up to a residual of `RESIDUAL_TOL`.
+    Feasible means up to a residual of `RESIDUAL_TOL`, or ten times that where the feasible points
+    have no room at all (two discs that touch) and no solver comes nearer.
 
     Args:
         program: what to solve.
@@ -52,17 +54,19 @@ def minimize(program: ConvexProgram, purpose: str) -> Optimum | None:
     Raises:
         SolverError: neither solver returned a verdict that could be verified.
     """
-    found = _attempt(program)
+    found = _attempt(program, RESIDUAL_TOL)
     if found is not None:
         return found
-    nearest = least_residual(program, purpose)
-    if nearest.bound > RESIDUAL_TOL:
+    if least_residual(program, purpose).bound > RESIDUAL_TOL:
         return None
-    found = _attempt(_elastic(program, 10.0 * RESIDUAL_TOL))
+    found = _attempt(program, 10.0 * RESIDUAL_TOL)
+    if found is not None:
+        return found
+    found = _attempt(_elastic(program, 10.0 * RESIDUAL_TOL), RESIDUAL_TOL)
     if found is None:
         raise SolverError(f"{purpose}: neither HiGHS nor Clarabel found a verdict that holds")
-    nx = program.q.size
-    return Optimum(found.v[:nx], float(program.q @ found.v[:nx]), found.bound, found.y)
+    v = found.v[: program.q.size]
+    return Optimum(v, float(program.q @ v), found.bound, found.y)
 
 
 def least_residual(program: ConvexProgram, purpose: str) -> Optimum:
@@ -71,18 +75,21 @@ def least_residual(program: ConvexProgram, purpose: str) -> Optimum:
     Raises:
         SolverError: neither solver returned an optimum that could be verified.
     """
-    m = program.e.size
+    m, nx = program.e.size, program.q.size
     most = float(np.abs(program.e).max(initial=0.0)) + 1.0
     relaxed = ConvexProgram(
-        np.concatenate([np.zeros(program.q.size), [1.0], np.zeros(m)]),
+        np.concatenate([np.zeros(nx), [1.0], np.zeros(m)]),
         _beside(program.E, csc_array((m, 1)), csc_array(eye_array(m))),
         program.e,
         (*program.blocks, Block(m + 1, math.inf, most, epigraph=True)),
     )
-    found = _attempt(relaxed)
-    if found is None:
-        raise SolverError(f"{purpose}: neither HiGHS nor Clarabel found a verdict that holds")
-    return found
+    for answer in _answers(relaxed):
+        v = program.clip(answer[0][:nx])
+        value = float(np.abs(program.E @ v - program.e).max(initial=0.0))
+        bound = relaxed.lower_bound(answer[1])
+        if bound > RESIDUAL_TOL or value - bound <= 10.0 * GAP_TOL * max(1.0, value):
+            return Optimum(v, value, bound, answer[1])
+    raise SolverError(f"{purpose}: neither HiGHS nor Clarabel found a verdict that holds")
 
 
 def _beside(*matrices: Floats | Matrix) -> Floats | Matrix:
@@ -103,25 +110,23 @@ def _elastic(program: ConvexProgram, room: float) -> ConvexProgram:
     )
 
 
-def _attempt(program: ConvexProgram) -> Optimum | None:
-    """Ask one solver after the other for an optimum that passes the check."""
-    if program.is_linear:
-        found = _checked(program, solve_by_simplex(program))
-        if found is not None:
-            return found
-    # The first is more than Clarabel reaches: where it stops for want of progress, a nearest point
-    # is as near as it can be had. Curved programs at times lose their way there, and not before.
-    for tolerance in (1e-12, 1e-9, 1e-8):
-        found = _checked(program, solve_by_interior_point(program, tolerance))
-        if found is not None:
-            return found
+def _attempt(program: ConvexProgram, residual_tol: float) -> Optimum | None:
+    """The first answer that passes the check."""
+    for v, y in _answers(program):
+        point = program.clip(v)
+        value, bound = float(program.q @ point), program.lower_bound(y)
+        close = value - bound <= GAP_TOL * max(1.0, abs(value))
+        if close and program.residual(point) <= residual_tol:
+            return Optimum(point, value, bound, y)
     return None
 
 
-def _checked(program: ConvexProgram, answer: tuple[Floats, Floats] | None) -> Optimum | None:
-    if answer is None:
-        return None
-    v, y = program.clip(answer[0]), answer[1]
-    value, bound = float(program.q @ v), program.lower_bound(y)
-    close = value - bound <= GAP_TOL * max(1.0, abs(value))
-    return Optimum(v, value, bound, y) if close and program.residual(v) <= RESIDUAL_TOL else None
+def _answers(program: ConvexProgram) -> Iterator[tuple[Floats, Floats]]:
+    """Points and multipliers, unchecked, of one solver after the other."""
+    if program.is_linear and (answer := solve_by_simplex(program)) is not None:
+        yield answer
+    # The first is more than Clarabel reaches: where it stops for want of progress, a nearest point
+    # is as near as it can be had. Curved programs at times lose their way there, and not before.
+    for tolerance in (1e-12, 1e-9, 1e-8):
+        if (answer := solve_by_interior_point(program, tolerance)) is not None:
+            yield answer

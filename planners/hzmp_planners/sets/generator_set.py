@@ -132,7 +132,10 @@ class GeneratorSet(ConvexSet):
             return np.zeros(len(points), dtype=np.bool_)
         rest = points[inside]
         if form.is_ellipsoid:
-            inside[inside] = _in_ellipsoid(form, rest, room)
+            held = _in_ellipsoid(form, rest, room)
+            if tol is not None and tol > SET_TOL * form.size:  # along its axes that is not distance
+                held[~held] = [queries.distance_by_axes(form, x) <= tol for x in rest[~held]]
+            inside[inside] = held
         elif (
             form.is_polytopal
             and self.n <= 3

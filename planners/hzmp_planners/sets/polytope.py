@@ -120,17 +120,15 @@ class Polytope(ConvexSet):
         if A_eq is None or b_eq is None:
             return cls(A, b)
         E, e = as_floats(A_eq, "A_eq", 2), as_floats(b_eq, "b_eq", 1)
-        H, f = (
-            (np.zeros((0, E.shape[1])), np.zeros(0))
-            if np.size(A) == 0
-            else (
-                as_floats(A, "A", 2),
-                as_floats(b, "b", 1),
-            )
-        )
-        if H.shape[1] != E.shape[1]:
-            raise ShapeError(f"A has {H.shape[1]} columns but A_eq has {E.shape[1]}")
-        return cls(np.vstack([H, E, -E]), np.concatenate([f, e, -e]))
+        if len(E) != len(e):
+            raise ShapeError(f"A_eq has {len(E)} rows but b_eq has {len(e)} entries")
+        if np.size(A) == 0 and np.size(b) == 0:
+            return cls(np.vstack([E, -E]), np.concatenate([e, -e]))
+        inequalities = cls(A, b)
+        if inequalities.n != E.shape[1]:
+            raise ShapeError(f"A has {inequalities.n} columns but A_eq has {E.shape[1]}")
+        rows = np.vstack([inequalities.A, E, -E])
+        return cls(rows, np.concatenate([inequalities.b, e, -e]))
 
     @classmethod
     def from_both_forms(cls, A: Floats, b: Floats, vertices: Floats) -> Polytope:

@@ -91,6 +91,8 @@ def _hybrid_zonotope(fields: dict[str, Any]) -> HybridZonotope:
         shape = (len(chosen), matrices["Gb"].shape[1])
         choices = csr_array((np.ones(len(rows), np.bool_), (rows, columns)), shape=shape)
         leaves = tuple(map(_constrained_zonotope, fields["leaves"]["parts"]))
+        if len(leaves) != len(chosen):
+            raise ShapeError(f"{len(chosen)} choices of binaries but {len(leaves)} leaves")
         table = LeafTable(choices, leaves.__getitem__, may_be_empty=False)
         source = lambda: table  # noqa: E731
     return HybridZonotope(

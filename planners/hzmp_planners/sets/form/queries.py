@@ -41,8 +41,10 @@ def is_empty(form: GeneratorForm) -> bool:
     A, b = form.equations
     if not b.size:
         return False
+    if (np.abs(b[~A.any(axis=1)]) > RESIDUAL_TOL).any():  # 0 = b for some b
+        return True
     if not A.shape[1]:
-        return bool(np.abs(b).max() > RESIDUAL_TOL)
+        return False
     program = ConvexProgram(np.zeros(A.shape[1]), A, b, form.blocks)
     guess = program.clip(np.asarray(np.linalg.lstsq(A, b)[0], dtype=np.float64))
     if program.residual(guess) <= 0.1 * RESIDUAL_TOL:  # a point of the set: no program needed

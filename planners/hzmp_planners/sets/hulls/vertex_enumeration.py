@@ -16,12 +16,12 @@ from hzmp_planners.errors import ShapeError, SolverError
 
 
 def inscribed_ball(A: Floats, b: Floats) -> tuple[Floats, float]:
-    """Centre and radius of a largest ball in {A x <= b}, at most ten times the largest offset.
+    """Centre and radius of a large ball in {A x <= b}, at most ten times the largest offset.
 
     max r subject to A x + r 1 <= b. A negative radius says that the half-spaces exclude each other
-    and by how much: weights lam >= 0 with sum 1 and A'lam = 0 give r <= b.lam for every x. Both
-    the ball and that bound are recomputed from what the solver returns. Radii within the tolerance
-    of 0 are returned as 0.
+    and by how much at least: weights lam >= 0 with sum 1 and A'lam = 0 give r <= b.lam for every x.
+    Both the ball and that bound are recomputed from what the solver returns. Radii within the
+    tolerance of 0 are returned as 0, others are at least half of the largest one.
 
     Args:
         A: unit normals, shape (m, n).
@@ -46,9 +46,12 @@ def inscribed_ball(A: Floats, b: Floats) -> tuple[Floats, float]:
         reach = 1e3 * max(1.0, float(np.abs(x).max()))
         bound = float(scaled @ weights) + max(0.0, 1.0 - float(weights.sum())) * most
         bound += reach * float(np.abs(A.T @ weights).sum())
-        if bound - radius <= tol * max(1.0, radius):
-            close = abs(radius) <= tol
-            return x * unit, 0.0 if close else radius * unit
+        if bound < -tol:
+            return x * unit, bound * unit
+        if radius > tol and bound <= 2.0 * radius:
+            return x * unit, radius * unit
+        if radius >= -tol and bound <= 2.0 * tol:
+            return x * unit, 0.0
     raise SolverError("largest ball in a polytope: no solver found a verdict that holds")
 
 
