@@ -36,8 +36,9 @@ format: $(VENV)/installed-dev
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(VENV)/installed
+bench: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/planner.py
+	$(BIN)/python -m benchmarks.sets
 
 clean:
 	rm -rf runs build dist .coverage MUJOCO_LOG.TXT

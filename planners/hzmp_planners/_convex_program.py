@@ -44,8 +44,8 @@ class Optimum:
 def minimize(program: ConvexProgram, purpose: str) -> Optimum | None:
     """The verified optimum, or None when it is proved that no point of K has E v = e.
 
-    Feasible means up to a residual of `RESIDUAL_TOL`, or ten times that where the feasible points
-    have no room at all (two discs that touch) and no solver comes nearer.
+    Feasible means up to a residual of `RESIDUAL_TOL`, or up to a hundred times that where the
+    feasible points have no room at all (two discs that touch) and no solver comes nearer.
 
     Args:
         program: what to solve.
@@ -59,14 +59,15 @@ def minimize(program: ConvexProgram, purpose: str) -> Optimum | None:
         return found
     if least_residual(program, purpose).bound > RESIDUAL_TOL:
         return None
-    found = _attempt(program, 10.0 * RESIDUAL_TOL)
-    if found is not None:
-        return found
-    found = _attempt(_elastic(program, 10.0 * RESIDUAL_TOL), RESIDUAL_TOL)
-    if found is None:
-        raise SolverError(f"{purpose}: neither HiGHS nor Clarabel found a verdict that holds")
-    v = found.v[: program.q.size]
-    return Optimum(v, float(program.q @ v), found.bound, found.y)
+    for room in (10.0 * RESIDUAL_TOL, 100.0 * RESIDUAL_TOL):
+        found = _attempt(program, room)
+        if found is not None:
+            return found
+        found = _attempt(_elastic(program, room), RESIDUAL_TOL)
+        if found is not None:
+            v = found.v[: program.q.size]
+            return Optimum(v, float(program.q @ v), found.bound, found.y)
+    raise SolverError(f"{purpose}: neither HiGHS nor Clarabel found a verdict that holds")
 
 
 def least_residual(program: ConvexProgram, purpose: str) -> Optimum:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import csc_array
 
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.planning.detour import least_detour
@@ -61,9 +62,10 @@ def grid(side: int) -> HybridZonotope:
     """side x side unit squares as one union."""
     lattice = np.array([[i, j] for i in range(side + 1) for j in range(side + 1)], dtype=float)
     low = np.array([i * (side + 1) + j for i in range(side) for j in range(side)])
-    corners = low[:, None] + [0, 1, side + 1, side + 2]
-    M = np.zeros((len(lattice), side * side))
-    M[corners, np.arange(side * side)[:, None]] = 1.0
+    corners = (low[:, None] + np.array([0, 1, side + 1, side + 2])).astype(np.int64)
+    columns = np.repeat(np.arange(side * side), 4)
+    shape = (len(lattice), side * side)
+    M = csc_array((np.ones(columns.size), (corners.ravel(), columns)), shape=shape)
     return HybridZonotope.from_vertices(lattice, M)
 
 

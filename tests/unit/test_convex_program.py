@@ -85,7 +85,7 @@ def silent(program: ConvexProgram, tolerance: float = 0.0) -> None:
 def careless(program: ConvexProgram, tolerance: float = 0.0) -> tuple[Floats, Floats]:
     """A solver that claims an optimum which is feasible but not one."""
     v = np.linalg.lstsq(np.asarray(program.E), program.e)[0]
-    return np.asarray(v), np.zeros(program.e.size)
+    return np.asarray(v, dtype=np.float64), np.zeros(program.e.size)
 
 
 def wrong(program: ConvexProgram, tolerance: float = 0.0) -> tuple[Floats, Floats]:

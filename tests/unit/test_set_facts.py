@@ -81,15 +81,16 @@ def agrees(found: Any, expected: Any, tol: float) -> bool:
 
 def measured(sets: Sets, check: dict[str, Any]) -> Any:
     """What the method that a check names returns."""
-    of: Any = check.get("of")
+    of = check.get("of")
+    names: list[str] = of if isinstance(of, list) else []
     one = sets[of] if isinstance(of, str) else None
     match check["op"], one:
         case "intersects", None:
-            return not met(sets, of).is_empty()
+            return not met(sets, names).is_empty()
         case "interval_hull_of_intersection", None:
-            return met(sets, of).interval_hull()
+            return met(sets, names).interval_hull()
         case "minkowski_sum", None:
-            return fields(sets[of[0]] + sets[of[1]])
+            return fields(sets[names[0]] + sets[names[1]])
         case "contains_set", None:
             return sets[check["outer"]].contains_set(sets[check["inner"]])
         case (("contains_points" | "contains_points_union"), Set()):

@@ -79,6 +79,9 @@ class ConvexSet(Set):
     def project(self, x: ArrayLike) -> Floats:
         """A point of the set nearest to x (n,), shape (n,).
 
+        To round-off where the points are known whose hull the set is. Else the distance is exact to
+        1e-8 of itself, and the point along a curved or slanting boundary to about the root of that.
+
         Raises:
             ShapeError: the set is empty.
             SolverError: no verdict that holds.

@@ -97,8 +97,7 @@ class GeneratorSet(ConvexSet):
             one, two = self._operands
             pair = nearest_of_hulls(one, two)
             if pair is not None:
-                size = max(float(np.ptp(points, axis=0).max()) for points in (one, two))
-                return math.dist(*pair) > SET_TOL * size
+                return math.dist(*pair) > SET_TOL * max(points_size(one), points_size(two))
         return queries.is_empty(self.form)
 
     def _as_intersection_of(self, one: ConvexSet, two: ConvexSet, R: Floats | None) -> Self:
@@ -216,6 +215,12 @@ class GeneratorSet(ConvexSet):
                 cos(pi / directions).
         """
         return with_polytopal_balls(self.form, directions, outside=False)
+
+
+def points_size(points: Floats) -> float:
+    """Unit of length of a hull [m], as `GeneratorForm.size`: its extent, or round-off far away."""
+    extent = float(np.ptp(points, axis=0).max())
+    return max(extent, 1e-5 * float(np.abs(points).max()))
 
 
 def checked_form(

@@ -343,7 +343,7 @@ class HybridZonotope(Set):
         """Closure of the box (lo, hi) minus this set, as convex pieces in V-rep form.
 
         Raises:
-            ShapeError: lo and hi are not the corners of a box, or nothing is left of it.
+            ShapeError: lo and hi are not the corners of a box of this dimension.
         """
         return HybridZonotope.from_convex(Polytope.from_box(lo, hi)).difference(self)
 

@@ -69,6 +69,7 @@ def _directions(m: int, count: int) -> Floats:
     if m <= 3:
         return spread_directions(m, count)
     axes = np.vstack([np.eye(m), -np.eye(m)])
-    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=m)))[:count] / math.sqrt(m)
+    few = itertools.islice(itertools.product((-1.0, 1.0), repeat=m), count)
+    corners = np.array(list(few)) / math.sqrt(m)
     spread = spread_directions(m, max(count - len(axes) - len(corners), 0))
     return np.vstack([axes, corners, spread])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import csc_array, csr_array, hstack
@@ -21,7 +21,10 @@ from hzmp_planners.sets.form.intervals import propagate
 if TYPE_CHECKING:
     from hzmp_planners.sets.hybrid_zonotope import HybridZonotope
 
+Sparse = csr_array[np.float64]
+
 _SMALL = 4_000  # entries up to which projections are faster than a linear program
+_DENSE = 20_000  # entries up to which dense matrices are faster than sparse ones
 
 
 def admissible_choices(union: HybridZonotope, time_limit: float = math.inf) -> Iterator[Floats]:
@@ -40,7 +43,7 @@ def admissible_choices(union: HybridZonotope, time_limit: float = math.inf) -> I
         SolverError: a relaxation ended without a verdict that holds.
     """
     deadline = time.perf_counter() + time_limit
-    A, b = scaled_rows(csr_array(hstack([union.Ac, union.Ab])), union.b)
+    A, b = _scaled(csr_array(hstack([union.Ac, union.Ab])), union.b)
     binary = np.arange(union.ng + union.nb) >= union.ng
     ones = np.ones(binary.size)
     open_nodes = [(-ones, ones)]
@@ -79,18 +82,15 @@ def leaf_of_choice(union: HybridZonotope, choice: Floats) -> ConstrainedZonotope
     by `remove_redundancy`. An inconsistent choice gives an empty leaf.
     """
     c, offset = union.c + union.Gb @ choice, union.b - union.Ab @ choice
-    A, b = scaled_rows(csr_array(union.Ac), offset)
+    A, b = _scaled(csr_array(union.Ac), offset)
     ones = np.ones(union.ng)
     bounds = propagate(A, b, -ones, ones)
-    lo, hi = (-ones, ones) if bounds is None else bounds
-    middle, radius = (lo + hi) / 2.0, (hi - lo) / 2.0
-    free = np.flatnonzero(radius > RESIDUAL_TOL)
-    columns = csr_array(A[:, free].multiply(radius[free]))
-    rest = b - A @ middle
-    live = np.asarray(abs(columns).sum(axis=1)) > RESIDUAL_TOL
-    rows = np.flatnonzero(live | (np.abs(rest) > RESIDUAL_TOL))
-    G = union.Gc[:, free].toarray() * radius[free]
-    leaf = ConstrainedZonotope(G, c + union.Gc @ middle, columns[rows].toarray(), rest[rows])
+    inner = _Inner(A, b, *((-ones, ones) if bounds is None else bounds))
+    rows = np.flatnonzero(inner.live | (np.abs(inner.rest) > RESIDUAL_TOL))
+    G = union.Gc[:, inner.free].toarray() * inner.radius
+    matrix = inner.columns[rows]
+    dense = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+    leaf = ConstrainedZonotope(G, c + union.Gc @ inner.middle, dense, inner.rest[rows])
     return leaf.remove_redundancy()
 
 
@@ -101,21 +101,42 @@ def scaled_rows(A: csr_array[np.float64], b: Floats) -> tuple[csr_array[np.float
     return csr_array(A.multiply((1.0 / sizes)[:, None])), b / sizes
 
 
-def _relaxation(A: csr_array[np.float64], b: Floats, lo: Floats, hi: Floats) -> Floats | None:
+def _scaled(A: Sparse, b: Floats) -> tuple[Sparse | Floats, Floats]:
+    """Scaled rows, as a dense matrix where that is faster."""
+    scaled, offset = scaled_rows(csr_array(A), b)
+    small = scaled.shape[0] * scaled.shape[1] <= _DENSE
+    return (scaled.toarray() if small else scaled), offset
+
+
+class _Inner:
+    """A xi = b in units of the bounds: xi = middle + radius eta for the factors that are free."""
+
+    def __init__(self, A: Sparse | Floats, b: Floats, lo: Floats, hi: Floats) -> None:
+        self.middle, radius = (lo + hi) / 2.0, (hi - lo) / 2.0
+        self.free = np.flatnonzero(radius > RESIDUAL_TOL)
+        self.radius = radius[self.free]
+        part = A[:, self.free]
+        self.columns: Any = (
+            part * self.radius if isinstance(part, np.ndarray) else csr_array(part * self.radius)
+        )
+        self.rest: Floats = b - A @ self.middle
+        magnitudes: Any = abs(self.columns)
+        self.live = np.asarray(magnitudes.sum(axis=1)) > RESIDUAL_TOL
+
+
+def _relaxation(A: Sparse | Floats, b: Floats, lo: Floats, hi: Floats) -> Floats | None:
     """A solution of A xi = b within the bounds, in units of them; None when there is none."""
-    middle, radius = (lo + hi) / 2.0, (hi - lo) / 2.0
-    free = np.flatnonzero(radius > RESIDUAL_TOL)
-    columns, rest = csr_array(A[:, free].multiply(radius[free])), b - A @ middle
-    live = np.asarray(abs(columns).sum(axis=1)) > RESIDUAL_TOL
-    if (np.abs(rest[~live]) > 10.0 * RESIDUAL_TOL).any():
+    inner = _Inner(A, b, lo, hi)
+    if (np.abs(inner.rest[~inner.live]) > 10.0 * RESIDUAL_TOL).any():
         return None
-    rows = np.flatnonzero(live)
-    matrix, offset = csc_array(columns[rows]), rest[rows]
-    if matrix.shape[0] * matrix.shape[1] <= _SMALL:
-        guess = _by_projections(matrix.toarray(), offset)
+    rows, count = np.flatnonzero(inner.live), len(inner.free)
+    matrix, offset = inner.columns[rows], inner.rest[rows]
+    if isinstance(matrix, np.ndarray) and matrix.size <= _SMALL:
+        guess = _by_projections(matrix, offset)
         if guess is not None:
             return guess
-    program = ConvexProgram(np.zeros(len(free)), matrix, offset, (Block(len(free), math.inf),))
+    given = matrix if isinstance(matrix, np.ndarray) else csc_array(matrix)
+    program = ConvexProgram(np.zeros(count), given, offset, (Block(count, math.inf),))
     found = minimize(program, "relaxation of a hybrid zonotope")
     return None if found is None else found.v
 

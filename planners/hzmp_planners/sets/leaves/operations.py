@@ -185,7 +185,8 @@ def _cut_leaves(union: HybridZonotope, half_spaces: Polytope) -> LeafSource:
         stack = table.stack
         heights = stack.points @ half_spaces.A.T - half_spaces.b
         lo, hi = stack.boxes
-        room = SET_TOL * (hi - lo).max(axis=1)
+        away = np.maximum(np.abs(lo), np.abs(hi))  # a point has no extent, but round-off
+        room = SET_TOL * np.maximum(hi - lo, 1e-5 * away).max(axis=1)
         lowest = np.minimum.reduceat(heights, stack.starts, axis=0).max(axis=1)
         highest = np.maximum.reduceat(heights, stack.starts, axis=0).max(axis=1)
         near = np.flatnonzero(lowest <= room)
