@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import block_array, csc_array, sparray
+from scipy.sparse import csc_array, issparse, sparray
 
 from hzmp_planners.errors import ShapeError
 
@@ -54,5 +54,33 @@ def ones(rows: int, columns: int) -> Matrix:
 
 
 def stack(blocks: list[list[Any]]) -> Matrix:
-    """Blocks of dense or sparse matrices as one."""
-    return csc_array(block_array([[csc_array(block) for block in row] for row in blocks]))
+    """Blocks of dense or sparse matrices as one, read-only.
+
+    One conversion for all of them: scipy's `block_array` makes several of each, which is most of
+    the time of an operation on a small set.
+    """
+    rows: list[Any] = []
+    columns: list[Any] = []
+    values: list[Any] = []
+    top = left = 0
+    for line in blocks:
+        left = 0
+        for block in line:
+            if issparse(block):
+                if block.nnz:
+                    entries = block.tocoo()
+                    rows.append(entries.coords[0] + top)
+                    columns.append(entries.coords[1] + left)
+                    values.append(entries.data)
+            else:
+                dense = np.asarray(block, dtype=np.float64)
+                place = np.nonzero(dense)
+                rows.append(place[0] + top)
+                columns.append(place[1] + left)
+                values.append(dense[place])
+            left += np.shape(block)[1]
+        top += line[0].shape[0] if issparse(line[0]) else len(line[0])
+    nothing = np.zeros(0, dtype=np.int64)
+    where = np.concatenate([nothing, *rows]), np.concatenate([nothing, *columns])
+    data = np.concatenate([np.zeros(0), *values])
+    return frozen_matrix(csc_array((data, where), shape=(top, left)))
