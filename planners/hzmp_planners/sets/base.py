@@ -244,9 +244,6 @@ class Set(ABC):
             self._check_dimension(other)
         return HybridZonotope.from_union([self, *others])
 
-    def __matmul__(self, other: object) -> Set:
-        return NotImplemented
-
     def __rmatmul__(self, matrix: ArrayLike) -> Self:
         R = as_floats(matrix, "the matrix of a linear map", 2)
         if not len(R):

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, issparse, sparray
+from scipy.sparse import coo_array, csc_array, sparray
 
+from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.errors import ShapeError
 
 Matrix = csc_array[np.float64]
@@ -59,28 +60,18 @@ def stack(blocks: list[list[Any]]) -> Matrix:
     One conversion for all of them: scipy's `block_array` makes several of each, which is most of
     the time of an operation on a small set.
     """
-    rows: list[Any] = []
-    columns: list[Any] = []
-    values: list[Any] = []
+    rows: list[Ints] = []
+    columns: list[Ints] = []
+    values: list[Floats] = []
     top = left = 0
     for line in blocks:
         left = 0
         for block in line:
-            if issparse(block):
-                if block.nnz:
-                    entries = block.tocoo()
-                    rows.append(entries.coords[0] + top)
-                    columns.append(entries.coords[1] + left)
-                    values.append(entries.data)
-            else:
-                dense = np.asarray(block, dtype=np.float64)
-                place = np.nonzero(dense)
-                rows.append(place[0] + top)
-                columns.append(place[1] + left)
-                values.append(dense[place])
-            left += np.shape(block)[1]
-        top += line[0].shape[0] if issparse(line[0]) else len(line[0])
-    nothing = np.zeros(0, dtype=np.int64)
-    where = np.concatenate([nothing, *rows]), np.concatenate([nothing, *columns])
-    data = np.concatenate([np.zeros(0), *values])
-    return frozen_matrix(csc_array((data, where), shape=(top, left)))
+            entries: Any = block.tocoo() if hasattr(block, "tocoo") else coo_array(block)
+            rows.append(entries.coords[0] + top)
+            columns.append(entries.coords[1] + left)
+            values.append(entries.data)
+            left += entries.shape[1]
+        top += np.shape(line[0])[0]
+    where = np.concatenate(rows), np.concatenate(columns)
+    return frozen_matrix(csc_array((np.concatenate(values), where), shape=(top, left)))
