@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
 
 from hzmp_planners.sets import (
     Ball,
@@ -32,6 +36,10 @@ KINDS = ("full", "flat", "empty", "point")
 CASES = [(name, kind) for name in NAMES for kind in KINDS if (name, kind) != ("Zonotope", "empty")]
 SIZES = (1e-4, 1.0, 1e4)
 NORMS = (1.0, 1.5, 2.0, 3.0, math.inf)
+seeds = st.integers(0, 2**32 - 1)
+CONVEX = [case for case in CASES if case[0] != "HybridZonotope"]
+POLYTOPAL = [(name, kind) for name, kind in CASES if name[:2] in ("Po", "Zo", "Co", "Hy")]
+POLYTOPAL = [case for case in POLYTOPAL if case[0] != "ConstrainedConvexGenerator"]
 
 
 @dataclass(frozen=True)
@@ -246,3 +254,14 @@ _MAKERS: dict[str, Callable[[np.random.Generator, str, Floats, Floats], Set]] = 
     "ConstrainedConvexGenerator": _convex_generator,
     "HybridZonotope": _hybrid,
 }
+
+
+def law(cases: list[tuple[str, str]], examples: int = 2) -> Callable[[Callable[..., Any]], Any]:
+    """Run a test for each type and kind, with a few seeds each; no seed is simpler than another."""
+
+    def decorate(test: Callable[..., Any]) -> Any:
+        few = settings(max_examples=examples, phases=[Phase.generate])
+        checked = few(given(seed=seeds)(test))
+        return pytest.mark.parametrize(("name", "kind"), cases)(checked)
+
+    return decorate

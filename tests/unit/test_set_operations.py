@@ -10,7 +10,6 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog, minimize_scalar
-from set_samples import NORMS, SIZES, directions, supports
 
 from hzmp_planners.errors import HzmpError
 from hzmp_planners.sets import (
@@ -24,6 +23,7 @@ from hzmp_planners.sets import (
     Zonotope,
 )
 from oracles import Floats, minimum
+from set_samples import NORMS, SIZES, directions, supports
 
 seeds = st.integers(0, 2**32 - 1)
 TRAITS = (
