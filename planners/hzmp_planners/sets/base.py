@@ -46,6 +46,8 @@ class Set(ABC):
     can hold it, never a narrower one than its operands have.
     """
 
+    _points: Floats | None = None  # of a polytopal convex set: points whose hull it is, if known
+
     __array_ufunc__ = None  # numpy leaves `A @ Z` and `v + Z` to the methods below
 
     @property
@@ -172,6 +174,8 @@ class Set(ABC):
     def _interval_hull(self) -> tuple[Floats, Floats]:
         if self.is_empty():
             raise ShapeError("an empty set has no interval hull")
+        if self._points is not None:
+            return frozen(self._points.min(axis=0)), frozen(self._points.max(axis=0))
         eye = np.eye(self.n)
         hi = np.array([self.support(axis) for axis in eye])
         lo = np.array([-self.support(-axis) for axis in eye])

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 class ConvexSet(Set):
     """A convex set; a polytopal one knows, or finds, points whose convex hull it is."""
 
-    _points: Floats | None = None
-
     @cached_property
     def form(self) -> GeneratorForm:
         """Generators, constraints and norm balls of the set."""

@@ -118,7 +118,7 @@ class HybridZonotope(Set):
             ShapeError: no set at all, different dimensions, or a curved or unbounded set.
         """
         bodies = tuple(sets)
-        if all(isinstance(s, Polytope) or getattr(s, "_points", None) is not None for s in bodies):
+        if all(isinstance(s, Polytope) or s._points is not None for s in bodies):
             return cls.from_polytopes([s for s in bodies if isinstance(s, ConvexSet)])
         return cls(*unions.disaggregated([cls.from_convex(s) for s in bodies]))
 
