@@ -229,28 +229,23 @@ class Polytope(ConvexSet):
 
     def volume(self) -> float:
         """Volume (area in 2-D) [m^n]; 0 for flat and empty polytopes."""
-        hull = self._measured_hull()
-        return 0.0 if hull is None else hull[0]
+        points = self.vertices()
+        if len(points) <= self.n:
+            return 0.0
+        extent = np.ptp(points, axis=0)  # qhull's tolerances are absolute: axes of unit extent
+        if extent.min() == 0.0:
+            return 0.0
+        if self.n == 1:
+            return float(extent[0])
+        try:
+            return float(ConvexHull(points / extent).volume * np.prod(extent))
+        except QhullError:
+            return 0.0
 
     def surface_area(self) -> float:
         """Area of the boundary (perimeter in 2-D) [m^(n-1)]; 0 for flat and empty polytopes."""
-        points = self.vertices()
-        hull = self._measured_hull()
-        return 0.0 if hull is None or self.n == 1 else float(ConvexHull(points).area)
-
-    def _measured_hull(self) -> tuple[float] | None:
-        points = self.vertices()
-        if len(points) <= self.n:
-            return None
-        extent = np.ptp(points, axis=0)  # qhull's tolerances are absolute: axes of unit extent
-        if extent.min() == 0.0:
-            return None
-        if self.n == 1:
-            return (float(extent[0]),)
-        try:
-            return (float(ConvexHull(points / extent).volume * np.prod(extent)),)
-        except QhullError:
-            return None
+        flat = self.n == 1 or self.volume() == 0.0
+        return 0.0 if flat else float(ConvexHull(self.vertices()).area)
 
     def remove_redundancy(self) -> Polytope:
         """The same polytope without half-spaces that the others imply: a linear program each.
