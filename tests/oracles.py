@@ -151,7 +151,7 @@ def overlap(one: Polytope, two: Polytope) -> float:
 def halfspace_volume(A: Floats, b: Floats) -> float:
     """Volume of {A x <= b} from the half-spaces alone."""
     radius, centre = largest_ball(A, b)
-    if radius <= 1e-12:
+    if radius <= max(1e-12, 1e-8 * float(np.abs(b).max())):  # thinner than the program can tell
         return 0.0
     local = HalfspaceIntersection(
         np.column_stack([A, -(b - A @ centre) / radius]), np.zeros(A.shape[1])

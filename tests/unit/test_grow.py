@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.free_space.grow import grow_leaf
+from hzmp_planners.free_space.grow import grow_leaves
 from hzmp_planners.sets import Polytope
 from oracles import halfspace_volume, overlap, random_world
 
@@ -25,7 +25,7 @@ def test_grown_leaves_contain_their_leaf_and_no_obstacle(kind: str, n: int, size
     for leaf in range(len(space.leaves)):
         faces = [space.graph.faces[f].leaves for f in space.graph.faces_of[leaf]]
         toward = [j if i == leaf else i for i, j in faces]
-        grown = grow_leaf(space, leaf, toward[:2])
+        (grown,) = grow_leaves(space, [leaf], [toward[:2]])
         assert grown.violation(space.leaves[leaf].vertices()).max() <= tol
         assert (grown.vertices() >= world.lo - tol).all()
         assert (grown.vertices() <= world.hi + tol).all()
@@ -41,19 +41,19 @@ def test_growth_goes_first_where_it_is_asked_to() -> None:
     space = FreeSpace.decompose(([0, 0], [3, 2]), [Polytope.from_box([1, 1], [2, 2])])
     assert len(space.leaves) == 3
     for leaf, body in enumerate(space.leaves):
-        alone = grow_leaf(space, leaf, [])
+        (alone,) = grow_leaves(space, [leaf], [[]])
         assert alone.volume() >= body.volume()
         for face in space.graph.faces_of[leaf].tolist():
             pair = space.graph.faces[face]
             other = pair.leaves[0] if pair.leaves[1] == leaf else pair.leaves[1]
-            grown = grow_leaf(space, leaf, [other])
+            grown, back = grow_leaves(space, [leaf, other], [[other], [leaf]])
             # It now reaches into the neighbour: room to turn from one into the other.
             if overlap(body, space.leaves[other]) <= 1e-9:
-                assert overlap(grown, grow_leaf(space, other, [leaf])) > 0.1
+                assert overlap(grown, back) > 0.1
 
 
 def test_an_empty_workspace_cannot_grow() -> None:
     space = FreeSpace.decompose(([0, 0, 0], [1, 2, 3]))
-    grown = grow_leaf(space, 0, [])
+    (grown,) = grow_leaves(space, [0], [[]])
     assert grown.volume() == pytest.approx(6.0)
     assert len(grown.A) == 6

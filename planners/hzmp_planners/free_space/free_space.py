@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -12,12 +12,18 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_array
 
 from hzmp_planners._arrays import Bools, Floats, Ints, as_floats, as_point, as_points, frozen
-from hzmp_planners.constants import MEMBERSHIP_TOL
+from hzmp_planners._ragged import counts_of, spans, starts_of
+from hzmp_planners.constants import MEMBERSHIP_TOL, PLANE_TOL
 from hzmp_planners.errors import ShapeError
-from hzmp_planners.free_space.decompose import box_cell, subtract_obstacles
-from hzmp_planners.free_space.leaf_graph import LeafGraph, build_leaf_graph
-from hzmp_planners.free_space.merge import Complex, build_complex, merge_convex_unions
-from hzmp_planners.free_space.planes import PlaneTable, build_plane_table
+from hzmp_planners.free_space.leaf_graph import LeafGraph
+from hzmp_planners.free_space.shared_faces import build_leaf_graph, update_leaf_graph
+from hzmp_planners.free_space.world import (
+    World,
+    add_obstacles,
+    build_world,
+    remove_obstacles,
+    reorder_obstacles,
+)
 from hzmp_planners.sets import HybridZonotope, Polytope
 
 
@@ -25,14 +31,14 @@ from hzmp_planners.sets import HybridZonotope, Polytope
 class FreeSpace:
     """Workspace box minus the interiors of convex obstacles, as leaves with disjoint interiors.
 
-    Build one with `FreeSpace.decompose`.
+    Build one with `FreeSpace.decompose`; follow obstacles that move with `with_obstacles`.
     """
 
     bounds: tuple[Floats, Floats]
     """Corners (lo, hi) of the workspace [m], each (n,)."""
     obstacles: tuple[Polytope, ...]
-    _complex: Complex
-    _table: PlaneTable
+    """The obstacles that have an interior."""
+    _world: World = field(repr=False)
 
     @classmethod
     def decompose(
@@ -60,23 +66,75 @@ class FreeSpace:
             raise ShapeError(
                 f"bounds must have lo < hi, but axis {axis} runs from {lo[axis]} to {hi[axis]}"
             )
-        blocks = tuple(obstacles)
-        for number, block in enumerate(blocks):
-            if block.n != lo.size:
-                raise ShapeError(
-                    f"obstacle {number} has dimension {block.n}, the bounds have {lo.size}"
-                )
         scale = max(1.0, float(np.abs([lo, hi]).max()))
-        solid = tuple(block for block in blocks if _has_interior(block))
-        box = Polytope.from_box(lo, hi)
-        table = build_plane_table([box, *solid], scale)
-        workspace = box_cell(lo, hi, list(table.facets[0]))
-        cells = subtract_obstacles(workspace, solid, table.facets[1:], table, scale)
-        if cells:
-            leaves = merge_convex_unions(build_complex(cells, scale), table, scale)
-        else:
-            leaves = Complex(np.zeros((0, lo.size)), ())
-        return cls((lo, hi), solid, leaves, table)
+        solid = _solid(obstacles, lo.size, scale)
+        return cls((lo, hi), solid, build_world(lo, hi, solid, scale))
+
+    def with_obstacles(
+        self, moved: Iterable[Polytope] | Mapping[int, Polytope | None]
+    ) -> FreeSpace:
+        """The free space when obstacles come, move or go; this one stays as it is.
+
+        Only the leaves that such obstacles touch are cut anew; the others, their shared faces and
+        the list of vertices (of which some may no longer be used) are taken over. Called again and
+        again on the space of the static obstacles, with where the moving ones are now, it does not
+        wear that space out. With numbers, the space without those obstacles is built once and kept
+        for the next call that moves the same ones.
+
+        Args:
+            moved: obstacles in addition to those of this space; or the new shape of some of its
+                `obstacles` by their number, None for one that is gone.
+
+        Raises:
+            ShapeError: an obstacle of another dimension, or a number that no obstacle has.
+        """
+        if not isinstance(moved, Mapping):
+            return self._with_more(_solid(moved, self.n, self.scale))
+        for number in moved:
+            if not isinstance(number, int | np.integer) or not 0 <= number < len(self.obstacles):
+                raise ShapeError(
+                    f"obstacles are numbered from 0 to {len(self.obstacles) - 1}, got {number!r}"
+                )
+        rest = self._without(frozenset(int(number) for number in moved))
+        given = [(int(number), block) for number, block in moved.items() if block is not None]
+        shapes = {
+            number: block
+            for number, shape in sorted(given)
+            for block in _solid([shape], self.n, self.scale, number)
+        }
+        grown = rest._with_more(tuple(shapes.values()))
+        # Moved obstacles keep their places among the others.
+        places = np.array([i for i in range(len(self.obstacles)) if i not in moved] + list(shapes))
+        order = places.argsort(kind="stable")
+        obstacles = tuple(grown.obstacles[i] for i in order.tolist())
+        again = FreeSpace(self.bounds, obstacles, reorder_obstacles(grown._world, order))
+        vars(again)["graph"] = grown.graph
+        return again
+
+    def _with_more(self, more: tuple[Polytope, ...]) -> FreeSpace:
+        if not more:
+            return self
+        world, number = add_obstacles(self._world, more)
+        grown = FreeSpace(self.bounds, self.obstacles + more, world)
+        graph = update_leaf_graph(self.graph, number, world.leaves, world.table, self.scale)
+        vars(grown)["graph"] = graph
+        return grown
+
+    def _without(self, gone: frozenset[int]) -> FreeSpace:
+        known = self._rests.get(gone)
+        if known is None:
+            rest = [block for i, block in enumerate(self.obstacles) if i not in gone]
+            rows = np.array(sorted(gone), dtype=np.int64)
+            world = remove_obstacles(self._world, rows) if gone else self._world
+            known = FreeSpace(self.bounds, tuple(rest), world)
+            self._rests.clear()
+            self._rests[gone] = known
+        return known
+
+    @cached_property
+    def _rests(self) -> dict[frozenset[int], FreeSpace]:
+        """The space without some of the obstacles, for those that moved last."""
+        return {}
 
     @property
     def n(self) -> int:
@@ -86,35 +144,47 @@ class FreeSpace:
     @property
     def scale(self) -> float:
         """Largest absolute coordinate of the workspace, at least 1 m: unit of the tolerances."""
-        return max(1.0, float(np.abs(self.bounds).max()))
+        return self._world.scale
 
     @property
     def vertices(self) -> Floats:
-        """Distinct vertices of all leaves, shape (nv, n) [m]."""
-        return self._complex.vertices
+        """Vertices of all leaves, shape (nv, n) [m]."""
+        return self._world.leaves.vertices
 
     @cached_property
     def incidence(self) -> csc_array[np.bool_]:
         """Sparse bool (nv, N): column i marks the vertices of leaf i."""
-        columns = [sorted(frozenset().union(*leaf.values())) for leaf in self._complex.leaves]
-        pointers = np.concatenate([[0], np.cumsum([len(column) for column in columns])])
-        rows = np.array([v for column in columns for v in column], dtype=np.int64)
-        shape = (len(self.vertices), len(columns))
+        rows, starts = self._world.leaves.members
+        shape = (len(self.vertices), len(self._world.leaves))
         data = frozen(np.ones(rows.size, dtype=np.bool_))
-        return csc_array((data, frozen(rows), frozen(pointers.astype(np.int64))), shape=shape)
+        return csc_array((data, frozen(rows), frozen(starts)), shape=shape)
+
+    def __len__(self) -> int:
+        """Number of leaves."""
+        return len(self._world.leaves)
+
+    def leaf(self, index: int) -> Polytope:
+        """One of the leaves, in the order of the columns of `incidence`."""
+        known = self._leaves.get(index)
+        if known is None:
+            A, b, facets = self._halfspaces
+            rows, starts = self._world.leaves.members
+            known = Polytope.from_both_forms(
+                A[facets[index] : facets[index + 1]],
+                b[facets[index] : facets[index + 1]],
+                self.vertices[rows[starts[index] : starts[index + 1]]],
+            )
+            self._leaves[index] = known
+        return known
+
+    @cached_property
+    def _leaves(self) -> dict[int, Polytope]:
+        return {}
 
     @cached_property
     def leaves(self) -> tuple[Polytope, ...]:
         """The convex leaves, in the order of the columns of `incidence`."""
-        A, b, starts = self._halfspaces
-        pointers, rows = self.incidence.indptr, self.incidence.indices
-        stops = [*starts.tolist(), len(b)][1:]
-        return tuple(
-            Polytope.from_both_forms(
-                A[start:stop], b[start:stop], self.vertices[rows[pointers[i] : pointers[i + 1]]]
-            )
-            for i, (start, stop) in enumerate(zip(starts.tolist(), stops, strict=True))
-        )
+        return tuple(self.leaf(index) for index in range(len(self)))
 
     @cached_property
     def obstacle_boxes(self) -> tuple[tuple[Floats, Floats], ...]:
@@ -124,9 +194,9 @@ class FreeSpace:
     @cached_property
     def graph(self) -> LeafGraph:
         """Leaves and their shared faces."""
-        graph = build_leaf_graph(self._complex, self._table, self.scale)
+        graph = build_leaf_graph(self._world.leaves, self._world.table, self.scale)
         # Computed now: what all queries share should not cost the first one its time.
-        _ = graph.corners, graph.pairs, graph.components
+        _ = graph.pairs, graph.components
         return graph
 
     def hybrid_zonotope(self) -> HybridZonotope:
@@ -140,36 +210,57 @@ class FreeSpace:
 
     def contains(self, X: ArrayLike) -> Bools:
         """Which of the points (k, n) lie in a closed leaf, up to 1e-9 m at unit scale; (k,)."""
+        return self.leaf_of(X) >= 0
+
+    def leaf_of(self, X: ArrayLike) -> Ints:
+        """The leaf that holds each of the points (k, n), -1 where none does; shape (k,).
+
+        The cuts that made the leaves lead to it, without a look at the other leaves. On a shared
+        face, up to 1e-9 m at unit scale, it is the leaf with the lowest index.
+        """
         points = as_points(X, "X", self.n)
-        inside = np.zeros(len(points), dtype=np.bool_)
-        for start in range(0, len(points), 256):
-            depth = self._violations(points[start : start + 256])
-            inside[start : start + 256] = (depth <= MEMBERSHIP_TOL * self.scale).any(axis=1)
-        return inside
+        rows, leaves = self._located(points)
+        found = np.full(len(points), len(self))
+        np.minimum.at(found, rows, leaves)
+        return np.where(found < len(self), found, -1)
 
     def leaves_at(self, x: ArrayLike) -> Ints:
         """Indices of all leaves that contain the point x (n,): several on a shared face."""
-        depth = self._violations(as_point(x, "x", self.n)[None])[0]
-        return np.flatnonzero(depth <= MEMBERSHIP_TOL * self.scale)
+        return np.unique(self._located(as_point(x, "x", self.n)[None])[1])
 
-    def _violations(self, points: Floats) -> Floats:
-        """How far each point is beyond the worst facet of each leaf [m], shape (k, N)."""
-        A, b, starts = self._halfspaces
-        if not starts.size:
-            return np.zeros((len(points), 0))
-        return np.asarray(np.maximum.reduceat(points @ A.T - b, starts, axis=1))
+    def _located(self, points: Floats) -> tuple[Ints, Ints]:
+        """Pairs of a point and a leaf that contains it."""
+        tol = MEMBERSHIP_TOL * self.scale
+        # A cut of a merged leaf may run a little beside its facets.
+        slack = tol + 8.0 * PLANE_TOL * self.scale
+        rows, leaves = self._world.tree.descend(points, self._world.table, slack)
+        if not len(rows):
+            return rows, leaves
+        A, b, facets = self._halfspaces
+        counts = counts_of(facets)[leaves]
+        held = spans(facets[leaves], counts)
+        heights = np.einsum("ij,ij->i", A[held], points[rows.repeat(counts)]) - b[held]
+        inside = np.maximum.reduceat(heights, starts_of(counts)[:-1]) <= tol
+        return rows[inside], leaves[inside]
 
     @cached_property
     def _halfspaces(self) -> tuple[Floats, Floats, Ints]:
         """Facets of all leaves one after the other, and where each leaf's begin."""
-        facets = [facet for leaf in self._complex.leaves for facet in leaf]
-        planes = np.array([plane for plane, _ in facets], dtype=np.int64)
-        sides = np.array([float(side) for _, side in facets])
-        counts = [len(leaf) for leaf in self._complex.leaves]
-        starts = np.cumsum([0, *counts])[:-1].astype(np.int64)
-        A = self._table.normals[planes] * sides[:, None]
-        return frozen(A), frozen(self._table.offsets[planes] * sides), starts
+        A, b = self._world.table.halfspaces(self._world.leaves.facets)
+        return frozen(A), frozen(b), self._world.leaves.leaf_starts
 
 
-def _has_interior(block: Polytope) -> bool:
-    return len(block.vertices()) > block.n and block.volume() > 0.0
+def _solid(
+    obstacles: Iterable[Polytope], n: int, scale: float, first: int = 0
+) -> tuple[Polytope, ...]:
+    """The obstacles that have an interior."""
+    solid = []
+    for number, block in enumerate(obstacles, start=first):
+        if block.n != n:
+            raise ShapeError(f"obstacle {number} has dimension {block.n}, the bounds have {n}")
+        points = block.vertices()
+        if len(points) > n:
+            depth = block.b - (points @ block.A.T).min(axis=0)
+            if depth.min() > PLANE_TOL * scale:
+                solid.append(block)
+    return tuple(solid)

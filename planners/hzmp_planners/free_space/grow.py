@@ -1,82 +1,141 @@
-"""Growing a leaf into its neighbours while it stays convex and free."""
+"""Growing leaves into their neighbours while they stay convex and free."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
-from hzmp_planners._cell import Cell
+from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._ragged import counts_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.decompose import box_cell
+from hzmp_planners.free_space.cells import Cells, bounds_of, box_cell, clip, incidence
 from hzmp_planners.sets import Polytope
 
 if TYPE_CHECKING:
     from hzmp_planners.free_space.free_space import FreeSpace
 
 
-def grow_leaf(space: FreeSpace, leaf: int, toward: list[int]) -> Polytope:
-    """A convex free polytope that contains the leaf, pushed outward facet by facet.
+def grow_leaves(
+    space: FreeSpace, leaves: Sequence[int], toward: Sequence[Sequence[int]]
+) -> list[Polytope]:
+    """Convex free polytopes that contain some leaves, pushed outward facet by facet.
 
     Each facet in turn is moved out until the polytope would meet an obstacle or the workspace
     wall: first the facets shared with the leaves in `toward`, then the others. The order decides
-    the shape; every result is free.
+    the shape; every result is free. All leaves grow at the same time, each on its own.
 
     Args:
         space: the free space.
-        leaf: index of the leaf.
-        toward: neighbours to grow into first.
+        leaves: their indices.
+        toward: for each of them, neighbours to grow into first.
     """
-    A, b = space.leaves[leaf].A, space.leaves[leaf].b.copy()
     tol = PLANE_TOL * space.scale
-    corners = [space.leaves[other].vertices() for other in toward]
-    # A facet separates a neighbour when all of the neighbour is on its outer side.
-    first = [j for j in range(len(b)) if any((v @ A[j] >= b[j] - 2.0 * tol).all() for v in corners)]
-    for j in first + [j for j in range(len(b)) if j not in first]:
-        b[j] = max(b[j], _free_reach(space, A, b, j, tol))
-    lo, hi = space.bounds
-    eye = np.eye(space.n)
-    A, b = np.vstack([A, eye, -eye]), np.concatenate([b, hi, -lo])
-    vertices = _clip(_workspace(space), A[: -2 * space.n], b[: -2 * space.n], tol).vertices
-    bounding = [j for j in range(len(b)) if (vertices @ A[j] - b[j]).max() >= -10.0 * tol]
-    keys = np.round(np.column_stack([A, b])[bounding], 9)
-    _, kept = np.unique(keys, axis=0, return_index=True)
-    rows = np.array(bounding)[np.sort(kept)]
-    return Polytope.from_both_forms(A[rows], b[rows], vertices)
+    A, b, starts = _ordered_halfspaces(space, leaves, toward, tol)
+    counts = counts_of(starts)
+    obstacles = _Obstacles(space)
+    for k in range(int(counts.max(initial=0))):
+        grown = (counts > k).nonzero()[0]
+        facet = starts[grown] + k
+        b[facet] = np.maximum(b[facet], _free_reach(space, obstacles, A, b, starts, grown, k, tol))
+    cells, _ = clip(_boxes(space, len(counts)), A, b, np.arange(len(b)), starts, tol)
+    return _polytopes(space, cells, A, b)
 
 
-def _free_reach(space: FreeSpace, A: Floats, b: Floats, j: int, tol: float) -> float:
-    """How far facet j can move out before the polytope of the other facets meets an obstacle."""
-    others = np.arange(len(b)) != j
-    body = _clip(_workspace(space), A[others], b[others], tol)
-    beyond = _clip(body, -A[j : j + 1], -b[j : j + 1], tol)
-    if not len(beyond.vertices):
-        return float(b[j])
-    reach = float((beyond.vertices @ A[j]).max())
-    lo, hi = beyond.vertices.min(axis=0), beyond.vertices.max(axis=0)
-    for block, (low, high) in zip(space.obstacles, space.obstacle_boxes, strict=True):
-        if (low >= hi - tol).any() or (high <= lo + tol).any():
-            continue
-        common = _clip(beyond, block.A, block.b, tol)
-        if len(common.vertices):
-            reach = min(reach, float((common.vertices @ A[j]).min()))
-            if reach <= b[j] + tol:
-                return float(b[j])
+class _Obstacles:
+    """The half-spaces and bounds of all obstacles of a space."""
+
+    def __init__(self, space: FreeSpace) -> None:
+        n = space.n
+        self.A = np.concatenate([np.zeros((0, n)), *(block.A for block in space.obstacles)])
+        self.b = np.concatenate([np.zeros(0), *(block.b for block in space.obstacles)])
+        sizes = [len(block.b) for block in space.obstacles]
+        self.starts = starts_of(np.array(sizes, dtype=np.int64))
+        bounds = np.array(space.obstacle_boxes).reshape(-1, 2, n)
+        self.lows, self.highs = bounds[:, 0], bounds[:, 1]
+
+
+def _ordered_halfspaces(
+    space: FreeSpace, leaves: Sequence[int], toward: Sequence[Sequence[int]], tol: float
+) -> tuple[Floats, Floats, Ints]:
+    """The half-spaces of each leaf, those that separate it from leaves in `toward` first."""
+    normals, offsets = [np.zeros((0, space.n))], [np.zeros(0)]
+    for leaf, others in zip(leaves, toward, strict=True):
+        body = space.leaf(leaf)
+        corners = [space.leaf(other).vertices() for other in others]
+        behind = [(v @ body.A.T >= body.b - 2.0 * tol).all(axis=0) for v in corners]
+        first = np.any([*behind, np.zeros(len(body.b), dtype=np.bool_)], axis=0)
+        order = (~first).argsort(kind="stable")
+        normals.append(body.A[order])
+        offsets.append(body.b[order])
+    counts = np.array([len(rows) for rows in offsets[1:]], dtype=np.int64)
+    return np.concatenate(normals), np.concatenate(offsets), starts_of(counts)
+
+
+def _free_reach(
+    space: FreeSpace,
+    obstacles: _Obstacles,
+    A: Floats,
+    b: Floats,
+    starts: Ints,
+    grown: Ints,
+    k: int,
+    tol: float,
+) -> Floats:
+    """How far facet k of each polytope can move out before the others' part meets an obstacle."""
+    counts = counts_of(starts)[grown]
+    rows = spans(starts[grown], counts)
+    turned = np.where(rows == (starts[grown] + k).repeat(counts), -1.0, 1.0)
+    beyond, origin = clip(
+        _boxes(space, len(grown)), A[rows] * turned[:, None], b[rows] * turned, rows,
+        starts_of(counts), tol,
+    )  # fmt: skip
+    facet = starts[grown] + k
+    reach = b[facet].copy()
+    if not len(origin):
+        return reach
+    outward = A[facet[origin]]
+    reach[origin] = np.maximum.reduceat(
+        np.einsum("ij,ij->i", beyond.vertices, outward[beyond.vertex_owner]),
+        beyond.vertex_starts[:-1],
+    )
+    lows, highs = bounds_of(beyond)
+    meets = (lows[:, None] < obstacles.highs - tol).all(axis=2)
+    meets &= (highs[:, None] > obstacles.lows + tol).all(axis=2)
+    part, block = meets.nonzero()
+    counts = counts_of(obstacles.starts)[block]
+    rows = spans(obstacles.starts[block], counts)
+    common, pair = clip(
+        beyond.take(part), obstacles.A[rows], obstacles.b[rows], rows, starts_of(counts), tol
+    )
+    if len(pair):
+        part = part[pair]
+        heights = np.einsum("ij,ij->i", common.vertices, outward[part[common.vertex_owner]])
+        np.minimum.at(reach, origin[part], np.minimum.reduceat(heights, common.vertex_starts[:-1]))
     return reach
 
 
-def _workspace(space: FreeSpace) -> Cell:
-    n = space.n
-    return box_cell(*space.bounds, [(-1, 1)] * (2 * n))
+def _boxes(space: FreeSpace, count: int) -> Cells:
+    """Copies of the workspace; its walls are labelled -1, -2, ..., upper ones first."""
+    walls = -1 - np.arange(2 * space.n)
+    return box_cell(*space.bounds, walls).take(np.zeros(count, dtype=np.int64))
 
 
-def _clip(cell: Cell, normals: Floats, offsets: Floats, tol: float) -> Cell:
-    """The part of a cell inside all half-spaces; without vertices when it has no interior."""
-    for normal, offset in zip(normals, offsets, strict=True):
-        heights = cell.vertices @ normal - offset
-        if heights.min() >= -tol:
-            return Cell(cell.vertices[:0], [], [])
-        if heights.max() > tol:
-            cell, _ = cell.split(-1, heights, tol)
-    return cell
+def _polytopes(space: FreeSpace, cells: Cells, A: Floats, b: Floats) -> list[Polytope]:
+    """Cells whose facets are labelled with rows of A, or with walls of the workspace."""
+    n, eye = space.n, np.eye(space.n)
+    lo, hi = space.bounds
+    A = np.concatenate([A, -eye[::-1], eye[::-1]])
+    b = np.concatenate([b, -lo[::-1], hi[::-1]])
+    cell, label, vertex = incidence(cells)
+    width = len(cells.vertices)
+    keys = np.unique(((cell * len(b)) + label % len(b)) * width + vertex) // width
+    facets, held = np.unique(keys, return_counts=True)
+    facets = facets[held >= n]
+    found = []
+    for i in range(len(cells)):
+        rows = facets[facets // len(b) == i] % len(b)
+        corners = slice(cells.vertex_starts[i], cells.vertex_starts[i + 1])
+        found.append(Polytope.from_both_forms(A[rows], b[rows], cells.vertices[corners]))
+    return found

@@ -1,138 +1,134 @@
-"""Merging leaves whose union is convex, and the shared vertices that makes this exact."""
+"""Merging leaves whose union is convex."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
-from scipy.spatial import cKDTree
 
-from hzmp_planners._arrays import Floats, frozen
-from hzmp_planners._cell import Cell, Facet
-from hzmp_planners._links import component_labels
+from hzmp_planners._arrays import Bools, Ints
+from hzmp_planners._ragged import counts_of, owners_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
+from hzmp_planners.free_space.complexes import Complex, from_incidence
 from hzmp_planners.free_space.planes import PlaneTable
 
-FacetVertices = dict[Facet, frozenset[int]]
 
-
-@dataclass(frozen=True, eq=False)
-class Complex:
-    """Leaves on one list of vertices."""
-
-    vertices: Floats
-    """Distinct vertices, shape (nv, n) [m]."""
-    leaves: tuple[FacetVertices, ...]
-    """The facets of each leaf, and the vertices on each facet."""
-
-
-def build_complex(cells: Sequence[Cell], scale: float) -> Complex:
-    """Identify the vertices that cells have in common and drop facets that no longer bound.
-
-    Cells smaller than the tolerance collapse and are left out.
-    """
-    points = np.vstack([cell.vertices for cell in cells])
-    pairs = cKDTree(points).query_pairs(4.0 * PLANE_TOL * scale, output_type="ndarray")
-    labels = component_labels(pairs, len(points))
-    _, first, index = np.unique(labels, return_index=True, return_inverse=True)
-    ids = index.tolist()
-    leaves: list[FacetVertices] = []
-    offset = 0
-    n = points.shape[1]
-    for cell in cells:
-        on: FacetVertices = {}
-        for bit, facet in enumerate(cell.facets):
-            held = frozenset(
-                ids[offset + i] for i, mask in enumerate(cell.incidence) if mask >> bit & 1
-            )
-            if len(held) >= n:
-                on[facet] = held
-        offset += len(cell.vertices)
-        if len(on) > n:
-            leaves.append(on)
-    return Complex(points[first], tuple(leaves))
-
-
-def merge_convex_unions(complex_: Complex, table: PlaneTable, scale: float) -> Complex:
+def merge_convex_unions(
+    whole: Complex, table: PlaneTable, scale: float, fresh: Bools | None = None
+) -> tuple[Complex, Ints]:
     """Join pairs of leaves while a pair with a convex union is left.
 
     Two leaves on opposite sides of a plane have a convex union iff they meet in one whole facet
     and each satisfies the other's remaining half-spaces: then
     A u B = {half-spaces of A and of B without the common plane}.
+    All pairs are tested at once, those with the widest doors are joined, and what they have become
+    is tested again.
+
+    Args:
+        whole: leaves with disjoint interiors.
+        table: the planes of their facets.
+        scale: unit of the tolerances [m].
+        fresh: only pairs with one of these are tested, shape (N,); all when not given.
+
+    Returns:
+        The merged leaves, and the leaf that each given one became part of.
     """
-    vertices, n = complex_.vertices, complex_.vertices.shape[1]
     tol = 2.0 * PLANE_TOL * scale
-    leaves: dict[int, FacetVertices] = dict(enumerate(complex_.leaves))
-    owners: dict[tuple[int, frozenset[int]], set[int]] = defaultdict(set)
-    for number, leaf in leaves.items():
-        for (plane, _), held in leaf.items():
-            owners[plane, held].add(number)
-    queue = [key for key, users in owners.items() if len(users) == 2]
-    # Large doors first: joining along them leaves few thin leaves over.
-    size = {key: _spread(vertices[list(key[1])]) for key in queue}
-    queue.sort(key=lambda key: (size[key], key[0], min(key[1])))
-    following = len(leaves)
-    while queue:
-        key = queue.pop()
-        users = owners.get(key, set())
-        if len(users) != 2:
-            continue
-        first, second = sorted(users)
-        joined = _join(leaves[first], leaves[second], key[0], vertices, table, tol, n)
-        if joined is None:
-            continue
-        for number in (first, second):
-            for (plane, _), held in leaves.pop(number).items():
-                owners[plane, held].discard(number)
-        leaves[following] = joined
-        for (plane, _), held in joined.items():
-            owners[plane, held].add(following)
-            if len(owners[plane, held]) == 2:
-                queue.append((plane, held))
-        following += 1
-    kept = tuple(leaves.values())
-    used = sorted(set().union(*(held for leaf in kept for held in leaf.values())))
-    rename = {old: new for new, old in enumerate(used)}
-    renamed = tuple(
-        {facet: frozenset(rename[v] for v in held) for facet, held in leaf.items()} for leaf in kept
-    )
-    return Complex(frozen(vertices[used]), renamed)
+    number = np.arange(len(whole))
+    if fresh is None:
+        fresh = np.ones(len(whole), dtype=np.bool_)
+    draws = np.random.default_rng(0).integers(0, 2**63, len(whole.vertices), dtype=np.uint64)
+    while fresh.any():
+        one, two, plane = _pairs(whole, draws, fresh)
+        if not len(one):
+            break
+        keep = _convex(whole, one, two, plane, table, tol)
+        one, two, plane = one[keep], two[keep], plane[keep]
+        matched = _match(one, two, len(whole))
+        one, two, plane = one[matched], two[matched], plane[matched]
+        whole, renumber = _unite(whole, one, two, plane)
+        number = renumber[number]
+        fresh = np.arange(len(whole)) >= len(whole) - len(one)
+    return whole, number
 
 
-def _spread(points: Floats) -> float:
-    return float(np.ptp(points, axis=0).sum())
+def _pairs(whole: Complex, draws: Ints, fresh: Bools) -> tuple[Ints, Ints, Ints]:
+    """Leaves that meet in one whole facet, at least one of them fresh; widest facets first."""
+    sums = np.add.reduceat(draws[whole.rows], whole.facet_starts[:-1])
+    # Facets with the same vertices on the same plane have the same key.
+    plane = whole.facets >> 1
+    keys = sums + plane.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    order = np.argsort(keys, kind="stable")
+    twin = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
+    one, two = order[twin], order[twin + 1]
+    leaf = whole.facet_owner
+    good = (whole.facets[one] ^ whole.facets[two]) == 1
+    good &= fresh[leaf[one]] | fresh[leaf[two]]
+    one, two = one[good], two[good]
+    widths = counts_of(whole.facet_starts)[one]
+    corners = whole.vertices[whole.rows[spans(whole.facet_starts[one], widths)]]
+    if len(one):
+        first = starts_of(widths)[:-1]
+        extent = np.maximum.reduceat(corners, first) - np.minimum.reduceat(corners, first)
+        order = np.argsort(-extent.sum(axis=1), kind="stable")
+        one, two = one[order], two[order]
+    return leaf[one], leaf[two], plane[one]
 
 
-def _join(
-    one: FacetVertices,
-    two: FacetVertices,
-    plane: int,
-    vertices: Floats,
-    table: PlaneTable,
-    tol: float,
-    n: int,
-) -> FacetVertices | None:
-    """The union of two leaves that share a whole facet on `plane`, or None if it is not convex."""
+def _convex(
+    whole: Complex, one: Ints, two: Ints, plane: Ints, table: PlaneTable, tol: float
+) -> Bools:
+    """Whether each of two leaves satisfies the other's half-spaces but that of their plane."""
+    good = np.ones(len(one), dtype=np.bool_)
+    members, starts = whole.members
     for leaf, other in ((one, two), (two, one)):
-        points = vertices[sorted(frozenset().union(*other.values()))]
-        for facet in leaf:
-            if facet[0] == plane or facet in other:
-                continue
-            height = points @ table.normals[facet[0]] - table.offsets[facet[0]]
-            if float((height * facet[1]).max()) > tol:
-                return None
-    joined: FacetVertices = {}
-    for leaf in (one, two):
-        for facet, held in leaf.items():
-            if facet[0] != plane:
-                joined[facet] = joined.get(facet, frozenset()) | held
-    # A vertex of the common facet stays only where the remaining facets pin it down.
-    common = one.get((plane, 1), frozenset()) | one.get((plane, -1), frozenset())
-    dropped = set()
-    for vertex in common:
-        normals = table.normals[[facet[0] for facet, held in joined.items() if vertex in held]]
-        if len(normals) < n or np.linalg.matrix_rank(normals, tol=1e-9) < n:
-            dropped.add(vertex)
-    return {facet: held - dropped for facet, held in joined.items()}
+        rows = np.flatnonzero(good)
+        counts = counts_of(whole.leaf_starts)[leaf[rows]]
+        facets = spans(whole.leaf_starts[leaf[rows]], counts)
+        pair = rows.repeat(counts)
+        outer = whole.facets[facets] >> 1 != plane[pair]
+        facets, pair = facets[outer], pair[outer]
+        sizes = counts_of(starts)[other[pair]]
+        points = whole.vertices.take(members[spans(starts[other[pair]], sizes)], axis=0)
+        normals, offsets = table.halfspaces(whole.facets[facets])
+        heights = np.einsum("ij,ij->i", points, normals.repeat(sizes, axis=0))
+        beyond = heights > (offsets + tol).repeat(sizes)
+        good[pair.repeat(sizes)[beyond]] = False
+    return good
+
+
+def _match(one: Ints, two: Ints, count: int) -> Ints:
+    """Pairs in the given order that have no leaf in common with an earlier one."""
+    taken = [False] * count
+    kept = []
+    for row, (i, j) in enumerate(zip(one.tolist(), two.tolist(), strict=True)):
+        if not (taken[i] or taken[j]):
+            taken[i] = taken[j] = True
+            kept.append(row)
+    return np.array(kept, dtype=np.int64)
+
+
+def _unite(whole: Complex, one: Ints, two: Ints, plane: Ints) -> tuple[Complex, Ints]:
+    """Replace pairs of leaves by their unions, which come last."""
+    rest = np.ones(len(whole), dtype=np.bool_)
+    rest[one] = rest[two] = False
+    kept = np.flatnonzero(rest)
+    number = np.cumsum(rest) - 1
+    number[one] = number[two] = len(kept) + np.arange(len(one))
+    pairs = whole.take(np.concatenate([one, two]))
+    facet = owners_of(pairs.facet_starts)
+    union = np.concatenate([np.arange(len(one))] * 2)[pairs.facet_owner[facet]]
+    code, vertex = pairs.facets[facet], pairs.rows
+    outer = code >> 1 != plane[union]
+    on_plane = np.unique(union[~outer] * len(whole.vertices) + vertex[~outer])
+    united = from_incidence(whole.vertices, union[outer], code[outer], vertex[outer], len(one))
+    # A vertex of the common facet stays only where enough other facets meet.
+    facet = owners_of(united.facet_starts)
+    keys = united.facet_owner[facet] * len(whole.vertices) + united.rows
+    _, index, meeting = np.unique(keys, return_inverse=True, return_counts=True)
+    stays = (meeting[index] >= whole.n) | ~np.isin(keys, on_plane)
+    if not stays.all():
+        facet = facet[stays]
+        united = from_incidence(
+            whole.vertices, united.facet_owner[facet], united.facets[facet], united.rows[stays], len(one)
+        )
+    return whole.take(kept).joined(united), number
+

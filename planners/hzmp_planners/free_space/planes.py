@@ -2,59 +2,112 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hzmp_planners._arrays import Floats, frozen
-from hzmp_planners._cell import Facet
+from hzmp_planners._arrays import Floats, Ints, frozen
 from hzmp_planners._links import component_labels
 from hzmp_planners.constants import NORMAL_TOL, PLANE_TOL
-from hzmp_planners.sets import Polytope
+
+_TOL = max(NORMAL_TOL, 10.0 * PLANE_TOL)
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneTable:
-    """Distinct planes a.x = b and the facets of every polytope in terms of them."""
+    """Distinct planes a.x = b.
+
+    A half-space is a code: 2 * plane + 1 for a.x <= b, 2 * plane for a.x >= b.
+    """
 
     normals: Floats
     """Unit normals, shape (p, n)."""
     offsets: Floats
     """Offsets [m], shape (p,)."""
-    facets: tuple[tuple[Facet, ...], ...]
-    """Facets of each polytope that was given, in the same order."""
+    scale: float
+    """Offsets agree when they do in this unit [m]."""
+
+    @classmethod
+    def empty(cls, n: int, scale: float) -> PlaneTable:
+        """A table without planes."""
+        return cls(np.zeros((0, n)), np.zeros(0), scale)
+
+    def extended(self, A: Floats, b: Floats) -> tuple[PlaneTable, Ints]:
+        """The table with the planes of the half-spaces A x <= b, and the codes of these.
+
+        Half-spaces within tolerance of each other, or of a known plane, are on one plane: touching
+        boxes, repeated obstacles and obstacles on the workspace wall would otherwise produce planes
+        that differ by round-off, and leaves as thin as that. Known planes keep their numbers.
+
+        Args:
+            A: unit normals, shape (m, n).
+            b: offsets [m], shape (m,).
+        """
+        keys = self._keys(A, b)
+        # Equal up to rounding first: worlds on a grid repeat their planes many times.
+        _, first, group = np.unique(
+            np.round(keys / (0.5 * _TOL)).astype(np.int64), axis=0,
+            return_index=True, return_inverse=True,
+        )  # fmt: skip
+        order = first.argsort()
+        rank = np.empty_like(order)
+        rank[order] = np.arange(len(order))
+        first, group = first[order], rank[group.ravel()]
+        codes = self._known(keys[first])
+        fresh = (codes < 0).nonzero()[0]
+        rows = first[fresh]
+        plane, side = _clustered(keys[rows])
+        leaders = np.zeros(0, dtype=np.int64)
+        if len(rows):
+            _, leaders = np.unique(plane, return_index=True)
+            codes[fresh] = 2 * (plane + len(self.offsets)) + side
+        table = PlaneTable(
+            frozen(np.concatenate([self.normals, A[rows[leaders]]])),
+            frozen(np.concatenate([self.offsets, b[rows[leaders]]])),
+            self.scale,
+        )
+        return table, codes[group]
+
+    def halfspaces(self, codes: Ints) -> tuple[Floats, Floats]:
+        """Outward unit normals (m, n) and offsets (m,) of half-spaces."""
+        plane, sides = codes >> 1, 2.0 * (codes & 1) - 1.0
+        return self.normals[plane] * sides[:, None], self.offsets[plane] * sides
+
+    def _keys(self, A: Floats, b: Floats) -> Floats:
+        return np.column_stack([A, b / self.scale])
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self._keys(self.normals, self.offsets))
+
+    def _known(self, keys: Floats) -> Ints:
+        """Codes of the half-spaces on planes of the table, -1 for others."""
+        codes = np.full(len(keys), -1)
+        if len(self.offsets):
+            for side, points in ((1, keys), (0, -keys)):
+                distance, plane = self._tree.query(points, distance_upper_bound=_TOL)
+                near = np.isfinite(distance)
+                codes[near] = 2 * plane[near] + side
+        return codes
 
 
-def build_plane_table(polytopes: Sequence[Polytope], scale: float) -> PlaneTable:
-    """Cluster the facet planes of all polytopes; opposite half-spaces share a plane.
-
-    Touching boxes, repeated obstacles and obstacles on the workspace wall would otherwise produce
-    planes that differ by round-off, and leaves as thin as that.
-    """
-    A = np.vstack([p.A for p in polytopes])
-    b = np.concatenate([p.b for p in polytopes])
-    count = len(b)
+def _clustered(keys: Floats) -> tuple[Ints, Ints]:
+    """Plane of each half-space, numbered as they appear, and its side: 1 as the first has it."""
+    count = len(keys)
+    if not count:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     # Both orientations of every plane are points of one set; those within tolerance are one.
-    keys = np.hstack([A, (b / scale)[:, None]])
-    keys = np.vstack([keys, -keys])
-    pairs = cKDTree(keys).query_pairs(max(NORMAL_TOL, 10.0 * PLANE_TOL), output_type="ndarray")
+    both = np.concatenate([keys, -keys])
+    pairs = cKDTree(both).query_pairs(_TOL, output_type="ndarray")
+    if not len(pairs):
+        return np.arange(count), np.ones(count, dtype=np.int64)
     labels = component_labels(pairs, 2 * count)
-    plane_of: dict[int, Facet] = {}
-    representatives: list[int] = []
-    table: list[Facet] = []
-    for row in range(count):
-        facet = plane_of.get(int(labels[row]))
-        if facet is None:
-            facet = (len(representatives), 1)
-            representatives.append(row)
-            plane_of[int(labels[row])] = facet
-            plane_of[int(labels[row + count])] = (facet[0], -1)
-        table.append(facet)
-    sizes = np.cumsum([len(p.b) for p in polytopes])
-    groups = [
-        tuple(dict.fromkeys(table[stop - len(p.b) : stop]))
-        for p, stop in zip(polytopes, sizes, strict=True)
-    ]
-    return PlaneTable(frozen(A[representatives]), frozen(b[representatives]), tuple(groups))
+    one, two = labels[:count], labels[count:]
+    _, first, plane = np.unique(np.minimum(one, two), return_index=True, return_inverse=True)
+    order = first.argsort()
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    side = (one == one[first[plane]]).astype(np.int64)
+    return rank[plane], side

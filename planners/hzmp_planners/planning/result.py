@@ -10,7 +10,7 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.free_space.grow import grow_leaf
+from hzmp_planners.free_space.grow import grow_leaves
 from hzmp_planners.planning.certificate import Certificate
 from hzmp_planners.sets import Ellipsotope, Polytope
 
@@ -77,11 +77,8 @@ class Plan:
             space: the free space that the plan was made in.
         """
         path = self.leaves.tolist()
-        cells = []
-        for k, leaf in enumerate(path):
-            toward = [path[j] for j in (k - 1, k + 1) if 0 <= j < len(path)]
-            cells.append(grow_leaf(space, leaf, toward))
-        return cells
+        toward = [[path[j] for j in (k - 1, k + 1) if 0 <= j < len(path)] for k in range(len(path))]
+        return grow_leaves(space, path, toward)
 
 
 def path_length(waypoints: Floats) -> float:

@@ -1,0 +1,39 @@
+"""Lists of different lengths kept end to end in one array, worked on all at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hzmp_planners._arrays import Ints
+
+
+def starts_of(counts: Ints) -> Ints:
+    """Where each list begins, and where the last one ends: shape (m + 1,)."""
+    starts = np.zeros(len(counts) + 1, dtype=np.int64)
+    counts.cumsum(out=starts[1:])
+    return starts
+
+
+def counts_of(starts: Ints) -> Ints:
+    """How long each list is."""
+    return starts[1:] - starts[:-1]
+
+
+def owners_of(starts: Ints) -> Ints:
+    """The list that each entry belongs to."""
+    return np.arange(len(starts) - 1).repeat(counts_of(starts))
+
+
+def spans(begins: Ints, counts: Ints) -> Ints:
+    """begins[0], begins[0] + 1, ... (counts[0] numbers), then from begins[1], and so on."""
+    ends = counts.cumsum()
+    if not len(ends):
+        return ends
+    return np.arange(ends[-1]) + (begins - ends + counts).repeat(counts)
+
+
+def runs_of(values: Ints) -> Ints:
+    """Where each run of equal neighbours begins."""
+    if not len(values):
+        return values
+    return np.concatenate([[0], (values[1:] != values[:-1]).nonzero()[0] + 1])

@@ -1,0 +1,69 @@
+"""Finding the leaves that hold a point by the cuts that made them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners.free_space.planes import PlaneTable
+
+
+@dataclass(frozen=True, eq=False)
+class CutTree:
+    """Cuts as binary trees: where a point goes at each plane, and the piece that it ends in."""
+
+    planes: Ints
+    """Plane of each node, -1 at an end, shape (k,)."""
+    children: Ints
+    """Nodes below and above the plane, shape (k, 2); -1 for a part without interior."""
+    pieces: Ints
+    """The piece at each end, shape (k,): below 0 where nothing is free, and at cuts."""
+
+    def renamed(self, number: Ints) -> CutTree:
+        """The same cuts when piece i is called number[i] (-1: no longer there)."""
+        pieces = self.pieces.copy()
+        free = pieces >= 0
+        pieces[free] = number[pieces[free]]
+        return CutTree(self.planes, self.children, pieces)
+
+    def grafted(self, ends: Ints, other: CutTree, roots: Ints) -> CutTree:
+        """Continue at end nodes with trees of another forest: ends[i] with the tree roots[i]."""
+        shift = len(self.planes)
+        planes = np.concatenate([self.planes, other.planes])
+        moved = np.where(other.children >= 0, other.children + shift, -1)
+        children = np.concatenate([self.children, moved])
+        pieces = np.concatenate([self.pieces, other.pieces])
+        planes[ends], children[ends] = other.planes[roots], moved[roots]
+        pieces[ends] = other.pieces[roots]
+        return CutTree(planes, children, pieces)
+
+    def descend(self, X: Floats, table: PlaneTable, tol: float) -> tuple[Ints, Ints]:
+        """All pieces that points may be in; a point within `tol` of a cut goes both ways.
+
+        Args:
+            X: shape (k, n) [m].
+            table: the planes.
+            tol: [m].
+
+        Returns:
+            Rows of X and pieces, one entry for each pair.
+        """
+        point, node = np.arange(len(X)), np.zeros(len(X), dtype=np.int64)
+        rows, found = [point[:0]], [node[:0]]
+        while len(point):
+            plane = self.planes[node]
+            ended = plane < 0
+            if ended.any():
+                piece = self.pieces[node[ended]]
+                rows.append(point[ended][piece >= 0])
+                found.append(piece[piece >= 0])
+                point, node, plane = point[~ended], node[~ended], plane[~ended]
+            height = np.einsum("ij,ij->i", X[point], table.normals[plane]) - table.offsets[plane]
+            below, above = height <= tol, height >= -tol
+            children = self.children[node]
+            point = np.concatenate([point[below], point[above]])
+            node = np.concatenate([children[below, 0], children[above, 1]])
+            point, node = point[node >= 0], node[node >= 0]
+        return np.concatenate(rows), np.concatenate(found)

@@ -1,0 +1,214 @@
+"""Finding the shared faces of leaves: facets on one plane from its two sides, where they overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hzmp_planners._arrays import Bools, Floats, Ints, frozen
+from hzmp_planners._polygons import Polygons
+from hzmp_planners._ragged import counts_of, owners_of, spans, starts_of
+from hzmp_planners.constants import FACE_TOL
+from hzmp_planners.free_space.complexes import Complex
+from hzmp_planners.free_space.outlines import outlines
+from hzmp_planners.free_space.leaf_graph import LeafGraph
+from hzmp_planners.free_space.planes import PlaneTable
+
+
+def build_leaf_graph(
+    whole: Complex, table: PlaneTable, scale: float, fresh: Bools | None = None
+) -> LeafGraph:
+    """Overlay the facets that leaves have on each plane, those below against those above.
+
+    Args:
+        whole: leaves with disjoint interiors.
+        table: the planes of their facets.
+        scale: unit of the tolerances [m].
+        fresh: only faces of these leaves are looked for, shape (N,); all when not given.
+    """
+    tol = FACE_TOL * scale
+    plane = whole.facets >> 1
+    polygons = outlines(whole, table.normals[plane])
+    dropped = np.abs(table.normals[plane]).argmax(axis=1)
+    is_below = (whole.facets & 1).astype(np.bool_)
+    below, above = _candidates(polygons, plane, is_below, dropped, tol)
+    if fresh is not None:
+        new = fresh[whole.facet_owner]
+        wanted = new[below] | new[above]
+        below, above = below[wanted], above[wanted]
+    normals, offsets = table.normals[plane[below]], table.offsets[plane[below]]
+    if whole.n == 2:
+        faces = _common_segments(polygons, below, above)
+    else:
+        faces = _common_polygons(polygons, below, above, normals, 0.1 * tol)
+    corners, starts, found = faces
+    kept = found & _wide(corners, starts, normals, tol)
+    rows = kept.nonzero()[0]
+    sizes = counts_of(starts)[rows]
+    ends = np.column_stack([whole.facet_owner[below], whole.facet_owner[above]])
+    return LeafGraph.from_lists(
+        len(whole),
+        ends[rows],
+        corners[spans(starts[rows], sizes)],
+        starts_of(sizes),
+        normals[rows],
+        offsets[rows],
+    )
+
+
+def _candidates(
+    polygons: Polygons, plane: Ints, is_below: Bools, dropped: Ints, tol: float
+) -> tuple[Ints, Ints]:
+    """Facets below and above one plane whose bounds overlap in its chart by more than `tol`.
+
+    Sweep along the first axis: of two intervals that overlap, the one that starts later starts
+    inside the other.
+    """
+    if not len(polygons):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    first = polygons.vertex_starts[:-1]
+    low = np.minimum.reduceat(polygons.vertices, first)
+    high = np.maximum.reduceat(polygons.vertices, first)
+    extent = high - low
+    # The axis along which facets of this plane are shortest in all separates them best.
+    total = np.zeros((int(plane.max()) + 1, low.shape[1]))
+    spread = [np.full_like(total, np.inf), np.full_like(total, -np.inf)]
+    np.add.at(total, plane, extent)
+    np.minimum.at(spread[0], plane, low)
+    np.maximum.at(spread[1], plane, high)
+    width = spread[1] - spread[0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        crowding = np.where(width > tol, total / width, np.inf)
+    axis = crowding.argmin(axis=1)[plane]
+    rows = np.arange(len(plane))
+    base = spread[0][plane, axis]
+    unit = np.maximum(width[plane, axis], tol)
+    # One sorted line for all planes: plane p has [3 p, 3 p + 1].
+    start = 3.0 * plane + (low[rows, axis] - base) / unit
+    stop = 3.0 * plane + (high[rows, axis] - base) / unit
+    sides = [is_below.nonzero()[0], (~is_below).nonzero()[0]]
+    sides = [side[start[side].argsort(kind="stable")] for side in sides]
+    found = []
+    for one, two, edge in ((0, 1, "left"), (1, 0, "right")):
+        outer, inner = sides[one], sides[two]
+        starts = start[inner]
+        begin = np.searchsorted(starts, start[outer], side=edge)
+        count = np.maximum(np.searchsorted(starts, stop[outer], side="left") - begin, 0)
+        pair = [outer.repeat(count), inner[spans(begin, count)]]
+        found.append(pair if one == 0 else pair[::-1])
+    below = np.concatenate([found[0][0], found[1][0]])
+    above = np.concatenate([found[0][1], found[1][1]])
+    overlap = np.minimum(high[below], high[above]) - np.maximum(low[below], low[above])
+    overlap[np.arange(len(below)), dropped[below]] = np.inf
+    kept = (overlap > tol).all(axis=1)
+    below, above = below[kept], above[kept]
+    order = np.lexsort((above, below, plane[below]))
+    return below[order], above[order]
+
+
+def _common_segments(polygons: Polygons, one: Ints, two: Ints) -> tuple[Floats, Ints, Bools]:
+    """Overlaps of pairs of segments on one line."""
+    ends = polygons.vertices.reshape(-1, 2, 2)
+    axis = np.abs(ends[one, 1] - ends[one, 0]).argmax(axis=1) if len(one) else one
+    rows = np.arange(len(one))
+    a, b = ends[one], ends[two]
+    later = a[rows, 0, axis] >= b[rows, 0, axis]
+    sooner = a[rows, 1, axis] <= b[rows, 1, axis]
+    start = np.where(later[:, None], a[:, 0], b[:, 0])
+    stop = np.where(sooner[:, None], a[:, 1], b[:, 1])
+    found = start[rows, axis] < stop[rows, axis]
+    corners = np.stack([start, stop], axis=1).reshape(-1, 2)
+    return corners, 2 * np.arange(len(one) + 1), found
+
+
+def _common_polygons(
+    polygons: Polygons, one: Ints, two: Ints, normals: Floats, tol: float
+) -> tuple[Floats, Ints, Bools]:
+    """Overlaps of pairs of polygons on one plane: the first clipped by the second's sides."""
+    count = len(one)
+    faces, pair = polygons.take(one), np.arange(count)
+    sides = counts_of(polygons.vertex_starts)[two]
+    dropped = np.abs(normals).argmax(axis=1)
+    # Counter-clockwise in the chart (y, z), (x, z) or (x, y) is about +n, -n or +n.
+    turn = np.where(dropped == 1, -1.0, 1.0) * np.sign(normals[np.arange(count), dropped])
+    spin = normals * turn[:, None]
+    for k in range(int(sides.max(initial=0))):
+        if not len(pair):
+            break
+        busy = sides[pair] > k
+        corner = polygons.vertex_starts[two[pair]] + np.where(busy, k, 0)
+        foot = polygons.vertices[corner]
+        outward = np.cross(polygons.vertices[polygons.following[corner]] - foot, spin[pair])
+        length = np.sqrt(np.einsum("ij,ij->i", outward, outward))
+        busy &= length > 0.0
+        outward /= np.where(length > 0.0, length, 1.0)[:, None]
+        offsets = np.where(busy, np.einsum("ij,ij->i", outward, foot), np.inf)
+        wanted = np.zeros((len(pair), 2), dtype=np.bool_)
+        wanted[:, 0] = True
+        faces, rows, _ = faces.divide(np.zeros(wanted.shape, np.int64), outward, offsets, tol, wanted)
+        pair = pair[rows]
+    found = np.zeros(count, dtype=np.bool_)
+    found[pair] = True
+    sizes = np.zeros(count, dtype=np.int64)
+    sizes[pair] = counts_of(faces.vertex_starts)
+    return faces.vertices, starts_of(sizes), found
+
+
+def _wide(corners: Floats, starts: Ints, normals: Floats, tol: float) -> Bools:
+    """Which faces have room: their smallest width exceeds the tolerance."""
+    sizes = counts_of(starts)
+    wide = sizes >= corners.shape[1]
+    if corners.shape[1] == 2:
+        ends = corners.reshape(-1, 2, 2)
+        return wide & (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > tol)
+    rows = wide.nonzero()[0]
+    faces = Polygons(corners, starts, np.zeros(len(corners), dtype=np.int64)).take(rows)
+    edge = faces.vertices[faces.following] - faces.vertices
+    inward = np.cross(normals[rows][faces.vertex_owner], edge)
+    length = np.sqrt(np.einsum("ij,ij->i", inward, inward))
+    long = length > 0.0
+    inward /= np.where(long, length, 1.0)[:, None]
+    count = counts_of(faces.vertex_starts)[faces.vertex_owner]
+    others = faces.vertices[spans(faces.vertex_starts[faces.vertex_owner], count)]
+    heights = np.einsum("ij,ij->i", others - faces.vertices.repeat(count, axis=0), inward.repeat(count, axis=0))
+    first = starts_of(count)[:-1]
+    if not len(first):
+        return wide
+    reach = np.maximum(np.maximum.reduceat(heights, first), -np.minimum.reduceat(heights, first))
+    thin = np.zeros(len(rows), dtype=np.bool_)
+    thin[faces.vertex_owner[long & (reach <= tol)]] = True
+    wide[rows[thin]] = False
+    return wide
+
+
+def update_leaf_graph(
+    graph: LeafGraph, number: Ints, whole: Complex, table: PlaneTable, scale: float
+) -> LeafGraph:
+    """The graph after some leaves were cut: faces of kept leaves stay, those of fresh ones are found.
+
+    Args:
+        graph: of the leaves before.
+        number: what each of them is called now, -1 for those that were cut.
+        whole: the leaves now, the kept ones first.
+        table: the planes of their facets.
+        scale: unit of the tolerances [m].
+    """
+    ends = number[graph.ends]
+    stays = (ends >= 0).all(axis=1)
+    beside = np.unique(ends[(ends >= 0) & ~stays[:, None]])
+    first = int(number.max(initial=-1)) + 1
+    nearby = np.concatenate([beside, np.arange(first, len(whole))])
+    fresh = build_leaf_graph(whole.take(nearby), table, scale, nearby >= first)
+    kept = stays.nonzero()[0]
+    width = max(graph.corners.shape[1], fresh.corners.shape[1])
+    padded = [
+        corners.take(np.minimum(np.arange(width), corners.shape[1] - 1), axis=1)
+        for corners in (graph.corners[kept], fresh.corners)
+    ]
+    return LeafGraph(
+        len(whole),
+        frozen(np.concatenate([ends[kept], nearby[fresh.ends]])),
+        frozen(np.concatenate(padded)),
+        frozen(np.concatenate([graph.sizes[kept], fresh.sizes])),
+        frozen(np.concatenate([graph.normals[kept], fresh.normals])),
+        frozen(np.concatenate([graph.offsets[kept], fresh.offsets])),
+    )

@@ -1,0 +1,238 @@
+"""The decomposition behind a free space, and how it follows obstacles that come and go.
+
+Nothing here is changed in place: an update takes over what the obstacles do not touch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._ragged import counts_of, spans, starts_of
+from hzmp_planners.constants import PLANE_TOL
+from hzmp_planners.free_space.cells import Cells, bounds_of, box_cell, clip
+from hzmp_planners.free_space.complexes import Complex, empty_complex
+from hzmp_planners.free_space.cut_tree import CutTree
+from hzmp_planners.free_space.merge import merge_convex_unions
+from hzmp_planners.free_space.outlines import cells_of
+from hzmp_planners.free_space.partition import Partition, partition
+from hzmp_planners.free_space.planes import PlaneTable
+from hzmp_planners.sets import Polytope
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """The obstacles of a world as lists of half-spaces."""
+
+    codes: Ints
+    """Half-spaces of all obstacles, end to end."""
+    starts: Ints
+    """Shape (m + 1,)."""
+    lows: Floats
+    """Lowest coordinates of each obstacle, shape (m, n) [m]."""
+    highs: Floats
+    """Highest coordinates of each obstacle, shape (m, n) [m]."""
+
+    def __len__(self) -> int:
+        return len(self.lows)
+
+    def take(self, rows: Ints) -> Blocks:
+        """Some of the obstacles, in the given order."""
+        counts = counts_of(self.starts)[rows]
+        codes = self.codes[spans(self.starts[rows], counts)]
+        return Blocks(codes, starts_of(counts), self.lows[rows], self.highs[rows])
+
+    def joined(self, other: Blocks) -> Blocks:
+        """These obstacles, then the others."""
+        return Blocks(
+            np.concatenate([self.codes, other.codes]),
+            np.concatenate([self.starts, other.starts[1:] + self.starts[-1]]),
+            np.concatenate([self.lows, other.lows]),
+            np.concatenate([self.highs, other.highs]),
+        )
+
+    def near(self, lows: Floats, highs: Floats, tol: float) -> tuple[Ints, Ints]:
+        """Pairs (cell, obstacle) whose bounds overlap by more than the tolerance."""
+        meets = np.ones((len(lows), len(self)), dtype=np.bool_)
+        for axis in range(lows.shape[1]):
+            meets &= lows[:, axis, None] < self.highs[None, :, axis] - tol
+            meets &= highs[:, axis, None] > self.lows[None, :, axis] + tol
+        cell, block = meets.nonzero()
+        return cell, block
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Leaves of the free space, what fills the rest, and the cuts between them."""
+
+    scale: float
+    """Unit of the tolerances [m]."""
+    table: PlaneTable
+    blocks: Blocks
+    leaves: Complex
+    tree: CutTree
+    """Its pieces are the leaves; -2 - k is solid cell k."""
+    solid: tuple[Cells, ...]
+    """Cells that an obstacle fills, in batches."""
+    blockers: Ints
+    """The obstacle that fills each of them; -1 for cells that have been opened since."""
+
+    @property
+    def tol(self) -> float:
+        """Nearer to a plane than this is on it [m]."""
+        return PLANE_TOL * self.scale
+
+
+def build_world(lo: Floats, hi: Floats, obstacles: Sequence[Polytope], scale: float) -> World:
+    """Decompose a box minus obstacles that all have an interior."""
+    n, eye = lo.size, np.eye(lo.size)
+    table, walls = PlaneTable.empty(n, scale).extended(
+        np.concatenate([eye, -eye]), np.concatenate([hi, -lo])
+    )
+    table, blocks = _blocks(table, obstacles)
+    box = box_cell(lo, hi, walls)
+    tol = PLANE_TOL * scale
+    cell, block = blocks.near(lo[None], hi[None], tol)
+    part = _partition(box, cell, block, blocks, table, tol)
+    fresh, number = empty_complex(n).with_cells(part.free, scale)
+    leaves, joined = merge_convex_unions(fresh, table, scale)
+    tree = _numbered(part, _composed(number, joined), 0)
+    return World(scale, table, blocks, leaves.compact(), tree, (part.solid,), part.blockers)
+
+
+def add_obstacles(world: World, obstacles: Sequence[Polytope]) -> tuple[World, Ints]:
+    """Cut further obstacles out of the leaves that they touch.
+
+    Returns:
+        The world, and the number that each leaf of the given one has in it: -1 for those cut. The
+        fresh leaves follow the kept ones.
+    """
+    tol = world.tol
+    table, blocks = _blocks(world.table, obstacles)
+    cell, block = blocks.near(*world.leaves.bounds, tol)
+    candidates, rank = np.unique(cell, return_inverse=True)
+    cells = cells_of(world.leaves.take(candidates), table, tol)
+    part, touched = _carve(cells, rank, block, blocks, table, tol)
+    touched = candidates[touched]
+    kept = np.ones(len(world.leaves), dtype=np.bool_)
+    kept[touched] = False
+    number = np.where(kept, kept.cumsum() - 1, -1)
+    rest = int(kept.sum())
+    pieces, leaf = world.leaves.with_cells(part.free, world.scale)
+    merged, joined = merge_convex_unions(pieces, table, world.scale)
+    names = _composed(leaf, joined)
+    tree = _numbered(part, np.where(names >= 0, names + rest, -1), len(world.blockers))
+    root = np.full(len(world.leaves), -1)
+    root[touched] = np.arange(len(touched))
+    ends = (world.tree.pieces >= 0).nonzero()[0]
+    ends = ends[root[world.tree.pieces[ends]] >= 0]
+    roots = root[world.tree.pieces[ends]]
+    made = World(
+        world.scale,
+        table,
+        world.blocks.joined(blocks),
+        world.leaves.take(kept.nonzero()[0]).joined(merged),
+        world.tree.renamed(number).grafted(ends, tree, roots),
+        (*world.solid, part.solid),
+        np.concatenate([world.blockers, part.blockers + len(world.blocks)]),
+    )
+    return made, number
+
+
+def remove_obstacles(world: World, gone: Ints) -> World:
+    """Open the cells that obstacles filled, where no other obstacle is.
+
+    The obstacles that stay are renumbered in order.
+    """
+    tol = world.tol
+    stays = np.ones(len(world.blocks), dtype=np.bool_)
+    stays[gone] = False
+    blocks = world.blocks.take(stays.nonzero()[0])
+    number = np.append(np.where(stays, stays.cumsum() - 1, -1), -1)
+    opened = np.isin(world.blockers, gone).nonzero()[0]
+    solid = type(world.solid[0]).join(world.solid)
+    cells = solid.take(opened)
+    cell, block = blocks.near(*bounds_of(cells), tol)
+    part = _partition(cells, cell, block, blocks, world.table, tol)
+    pieces, leaf = world.leaves.with_cells(part.free, world.scale)
+    shift = len(world.leaves)
+    fresh = np.arange(shift + len(pieces)) >= shift
+    leaves, joined = merge_convex_unions(
+        world.leaves.joined(pieces), world.table, world.scale, fresh
+    )
+    names = _composed(np.where(leaf >= 0, leaf + shift, -1), joined)
+    root = np.full(len(world.blockers), -1)
+    root[opened] = np.arange(len(opened))
+    ends = (world.tree.pieces <= -2).nonzero()[0]
+    ends = ends[root[-2 - world.tree.pieces[ends]] >= 0]
+    roots = root[-2 - world.tree.pieces[ends]]
+    tree = _numbered(part, names, len(world.blockers))
+    return World(
+        world.scale,
+        world.table,
+        blocks,
+        leaves.compact(),
+        world.tree.renamed(joined[:shift]).grafted(ends, tree, roots),
+        (solid, part.solid),
+        np.concatenate([number[world.blockers], part.blockers]),
+    )
+
+
+def reorder_obstacles(world: World, order: Ints) -> World:
+    """The same world with obstacle order[i] in place i."""
+    place = np.full(len(world.blocks) + 1, -1)
+    place[order] = np.arange(len(order))
+    return replace(world, blocks=world.blocks.take(order), blockers=place[world.blockers])
+
+
+def _blocks(table: PlaneTable, obstacles: Sequence[Polytope]) -> tuple[PlaneTable, Blocks]:
+    """Obstacles in terms of a table that has their planes too."""
+    n = table.normals.shape[1]
+    A = np.concatenate([np.zeros((0, n)), *(block.A for block in obstacles)])
+    b = np.concatenate([np.zeros(0), *(block.b for block in obstacles)])
+    table, codes = table.extended(A, b)
+    hulls = [block.interval_hull() for block in obstacles]
+    bounds = np.array(hulls).reshape(-1, 2, n)
+    starts = starts_of(np.array([len(block.b) for block in obstacles], dtype=np.int64))
+    return table, Blocks(codes, starts, bounds[:, 0], bounds[:, 1])
+
+
+def _common(
+    cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
+) -> tuple[Cells, Ints, Ints]:
+    """What pairs of a cell and an obstacle have in common, with the cell and obstacle of each."""
+    chosen = blocks.take(block)
+    A, b = table.halfspaces(chosen.codes)
+    parts, origin = clip(cells.take(cell), A, b, chosen.codes, chosen.starts, tol)
+    return parts, cell[origin], block[origin]
+
+
+def _partition(
+    cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
+) -> Partition:
+    return partition(cells, *_common(cells, cell, block, blocks, table, tol), table, tol)
+
+
+def _carve(
+    cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
+) -> tuple[Partition, Ints]:
+    """Partition only the cells that an obstacle meets; and which these are."""
+    parts, home, obstacle = _common(cells, cell, block, blocks, table, tol)
+    touched, home = np.unique(home, return_inverse=True)
+    return partition(cells.take(touched), parts, home, obstacle, table, tol), touched
+
+
+def _composed(first: Ints, then: Ints) -> Ints:
+    """The leaf of each cell after merging; -1 stays -1."""
+    return np.append(then, -1)[first]
+
+
+def _numbered(part: Partition, leaf: Ints, solid: int) -> CutTree:
+    """The cuts of a partition whose free cells are leaves and whose solid ones count from `solid`."""
+    tree = part.tree.renamed(leaf)
+    filled = part.tree.pieces <= -2
+    tree.pieces[filled] = part.tree.pieces[filled] - solid
+    return tree
