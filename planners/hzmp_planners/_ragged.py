@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hzmp_planners._arrays import Ints
+from hzmp_planners._arrays import Floats, Ints
 
 
 def starts_of(counts: Ints) -> Ints:
@@ -37,3 +37,14 @@ def runs_of(values: Ints) -> Ints:
     if not len(values):
         return values
     return np.concatenate([[0], (values[1:] != values[:-1]).nonzero()[0] + 1])
+
+
+def distinct(keys: Ints) -> Ints:
+    """The different numbers, ascending; np.unique hashes, which is slower for a few thousand."""
+    keys = np.sort(keys)
+    return keys[runs_of(keys)]
+
+
+def reduced(ufunc: np.ufunc, values: Floats, starts: Ints) -> Floats:
+    """The ufunc over each list; every list must have an entry."""
+    return np.asarray(ufunc.reduceat(values, starts[:-1])) if len(starts) > 1 else values[:0]

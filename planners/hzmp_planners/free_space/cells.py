@@ -6,7 +6,7 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._polygons import Polygons
-from hzmp_planners._ragged import counts_of
+from hzmp_planners._ragged import counts_of, reduced
 from hzmp_planners.free_space.polyhedra import Polyhedra
 
 Cells = Polygons | Polyhedra
@@ -71,10 +71,8 @@ def clip(
 
 def bounds_of(cells: Cells) -> tuple[Floats, Floats]:
     """Lowest and highest coordinates of each cell, shape (m, n) each [m]."""
-    first = cells.vertex_starts[:-1]
-    if not len(first):
-        return cells.vertices[:0], cells.vertices[:0]
-    return np.minimum.reduceat(cells.vertices, first), np.maximum.reduceat(cells.vertices, first)
+    points, starts = cells.vertices, cells.vertex_starts
+    return reduced(np.minimum, points, starts), reduced(np.maximum, points, starts)
 
 
 def incidence(cells: Cells) -> tuple[Ints, Ints, Ints]:

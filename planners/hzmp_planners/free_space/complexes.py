@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, Ints, frozen
-from hzmp_planners._links import component_labels
-from hzmp_planners._ragged import counts_of, owners_of, spans, starts_of
+from hzmp_planners._links import cluster_labels
+from hzmp_planners._ragged import counts_of, distinct, owners_of, runs_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.cells import Cells, incidence
 
@@ -48,7 +48,7 @@ class Complex:
         """The vertices of each leaf, ascending and end to end, and where each list starts."""
         leaf = self.facet_owner[owners_of(self.facet_starts)]
         width = max(1, len(self.vertices))
-        keys = np.unique(leaf * width + self.rows)
+        keys = distinct(leaf * width + self.rows)
         return keys % width, starts_of(np.bincount(keys // width, minlength=len(self)))
 
     @cached_property
@@ -114,10 +114,10 @@ class Complex:
             number = np.where(np.isfinite(distance), row, -1)
         fresh = (number < 0).nonzero()[0]
         pairs = cKDTree(points[fresh]).query_pairs(tol, output_type="ndarray")
-        labels = component_labels(pairs, len(fresh))
-        _, first, index = np.unique(labels, return_index=True, return_inverse=True)
-        number[fresh] = known + index
-        vertices = np.concatenate([self.vertices, points[fresh[first]]])
+        labels = cluster_labels(pairs, len(fresh))
+        leads = labels == np.arange(len(fresh))
+        number[fresh] = known + (leads.cumsum() - 1)[labels]
+        vertices = np.concatenate([self.vertices, points[fresh[leads]]])
         leaf, code, vertex = incidence(cells)
         whole = from_incidence(frozen(vertices), leaf, code, number[vertex], len(cells))
         bounded = counts_of(whole.leaf_starts) > whole.n
@@ -144,9 +144,10 @@ def from_incidence(vertices: Floats, leaf: Ints, code: Ints, vertex: Ints, count
         count: number of leaves.
     """
     width, codes = max(1, len(vertices)), int(code.max(initial=0)) + 1
-    keys = np.unique((leaf * codes + code) * width + vertex)
+    keys = distinct((leaf * codes + code) * width + vertex)
     facet, vertex = keys // width, keys % width
-    facet, widths = np.unique(facet, return_counts=True)
+    first = runs_of(facet)
+    facet, widths = facet[first], counts_of(np.append(first, len(facet)))
     wide = widths >= vertices.shape[1]
     return Complex(
         vertices,

@@ -66,7 +66,7 @@ class FreeSpace:
             raise ShapeError(
                 f"bounds must have lo < hi, but axis {axis} runs from {lo[axis]} to {hi[axis]}"
             )
-        scale = max(1.0, float(np.abs([lo, hi]).max()))
+        scale = float(np.abs([lo, hi]).max())
         solid = _solid(obstacles, lo.size, scale)
         return cls((lo, hi), solid, build_world(lo, hi, solid, scale))
 
@@ -143,7 +143,7 @@ class FreeSpace:
 
     @property
     def scale(self) -> float:
-        """Largest absolute coordinate of the workspace, at least 1 m: unit of the tolerances."""
+        """Largest absolute coordinate of the workspace [m]: unit of the tolerances."""
         return self._world.scale
 
     @property
@@ -209,14 +209,14 @@ class FreeSpace:
         return math.fsum(leaf.volume() for leaf in self.leaves)
 
     def contains(self, X: ArrayLike) -> Bools:
-        """Which of the points (k, n) lie in a closed leaf, up to 1e-9 m at unit scale; (k,)."""
+        """Which of the points (k, n) lie in a closed leaf, up to 1e-9 of the scale; (k,)."""
         return self.leaf_of(X) >= 0
 
     def leaf_of(self, X: ArrayLike) -> Ints:
         """The leaf that holds each of the points (k, n), -1 where none does; shape (k,).
 
         The cuts that made the leaves lead to it, without a look at the other leaves. On a shared
-        face, up to 1e-9 m at unit scale, it is the leaf with the lowest index.
+        face, up to 1e-9 of the scale, it is the leaf with the lowest index.
         """
         points = as_points(X, "X", self.n)
         rows, leaves = self._located(points)

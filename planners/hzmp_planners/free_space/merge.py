@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Ints
-from hzmp_planners._ragged import counts_of, owners_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, distinct, owners_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.complexes import Complex, from_incidence
 from hzmp_planners.free_space.planes import PlaneTable
@@ -118,13 +118,14 @@ def _unite(whole: Complex, one: Ints, two: Ints, plane: Ints) -> tuple[Complex, 
     union = np.concatenate([np.arange(len(one))] * 2)[pairs.facet_owner[facet]]
     code, vertex = pairs.facets[facet], pairs.rows
     outer = code >> 1 != plane[union]
-    on_plane = np.unique(union[~outer] * len(whole.vertices) + vertex[~outer])
+    on_plane = distinct(union[~outer] * len(whole.vertices) + vertex[~outer])
     united = from_incidence(whole.vertices, union[outer], code[outer], vertex[outer], len(one))
     # A vertex of the common facet stays only where enough other facets meet.
     facet = owners_of(united.facet_starts)
     keys = united.facet_owner[facet] * len(whole.vertices) + united.rows
-    _, index, meeting = np.unique(keys, return_inverse=True, return_counts=True)
-    stays = (meeting[index] >= whole.n) | ~np.isin(keys, on_plane)
+    ascending = np.sort(keys)
+    meeting = np.searchsorted(ascending, keys, "right") - np.searchsorted(ascending, keys)
+    stays = (meeting >= whole.n) | ~np.isin(keys, on_plane)
     if not stays.all():
         facet = facet[stays]
         united = from_incidence(

@@ -13,7 +13,7 @@ from hzmp_planners.free_space.planes import PlaneTable
 from hzmp_planners.free_space.polyhedra import Polyhedra
 
 
-def outlines(whole: Complex, normals: Floats) -> Polygons:
+def outlines(whole: Complex, normals: Floats, facets: Ints | None = None) -> Polygons:
     """The facets as polygons labelled with their vertices; in 2-D as segments.
 
     Each is counter-clockwise (a segment: ascending) in the chart of its plane: the coordinates
@@ -22,21 +22,26 @@ def outlines(whole: Complex, normals: Floats) -> Polygons:
     Args:
         whole: the leaves.
         normals: normal of each facet's plane, shape (nf, n).
+        facets: of which facets; all when not given.
     """
-    n = whole.n
-    owner = owners_of(whole.facet_starts)
-    points = whole.vertices.take(whole.rows, axis=0)
+    n, rows, starts = whole.n, whole.rows, whole.facet_starts
+    if facets is not None:
+        sizes = counts_of(starts)[facets]
+        rows, starts = rows[spans(starts[facets], sizes)], starts_of(sizes)
+        normals = normals[facets]
+    owner = owners_of(starts)
+    points = whole.vertices.take(rows, axis=0)
     charts = np.array([[axis for axis in range(n) if axis != drop] for drop in range(n)])
     axes = charts[np.abs(normals).argmax(axis=1)][owner]
     entries = np.arange(len(owner))
     key = points[entries, axes[:, 0]]
     if n == 3 and len(owner):
-        u, v, first = key, points[entries, axes[:, 1]], whole.facet_starts[:-1]
-        sizes = counts_of(whole.facet_starts)
+        u, v, first = key, points[entries, axes[:, 1]], starts[:-1]
+        sizes = counts_of(starts)
         middle = [(np.add.reduceat(x, first) / sizes).repeat(sizes) for x in (u, v)]
         key = np.arctan2(v - middle[1], u - middle[0])
     order = np.lexsort((key, owner))
-    return Polygons(points.take(order, axis=0), whole.facet_starts, whole.rows.take(order))
+    return Polygons(points.take(order, axis=0), starts, rows.take(order))
 
 
 def cells_of(whole: Complex, table: PlaneTable, tol: float) -> Cells:

@@ -68,21 +68,19 @@ def partition(
     children: list[Ints] = []
     ends: list[tuple[Ints, Ints, Ints]] = []
     nodes = total = 0
-    while layer.count:
+    while True:
         layers.append(layer.pieces)
         blocker, going = _states(layer)
         over = (~going).nonzero()[0]
         ends.append((over + total, over + nodes, blocker[over]))
         total += len(layer.pieces)
         nodes += layer.count
-        plane = np.full(layer.count, -1)
-        number = np.full((layer.count, 2), -1)
-        if going.any():
-            plane = _choose(layer, going, table, tol)
-            layer, number = _cut(layer, going, plane, table, tol)
-        else:
-            layer = _Layer(layer.pieces, 0, layer.home, layer.obstacle)
-        planes.append(plane)
+        if not going.any():
+            planes.append(np.full(layer.count, -1))
+            children.append(np.full((layer.count, 2), -1))
+            break
+        planes.append(_choose(layer, going, table, tol))
+        layer, number = _cut(layer, going, planes[-1], table, tol)
         children.append(np.where(number >= 0, number + nodes, -1))
     rows, at, blocker = (np.concatenate(lists) for lists in zip(*ends, strict=True))
     free = blocker < 0

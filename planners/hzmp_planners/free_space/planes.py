@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, Ints, frozen
-from hzmp_planners._links import component_labels
+from hzmp_planners._links import cluster_labels
 from hzmp_planners.constants import NORMAL_TOL, PLANE_TOL
 
 _TOL = max(NORMAL_TOL, 10.0 * PLANE_TOL)
@@ -103,11 +103,12 @@ def _clustered(keys: Floats) -> tuple[Ints, Ints]:
     pairs = cKDTree(both).query_pairs(_TOL, output_type="ndarray")
     if not len(pairs):
         return np.arange(count), np.ones(count, dtype=np.int64)
-    labels = component_labels(pairs, 2 * count)
+    labels = cluster_labels(pairs, 2 * count)
     one, two = labels[:count], labels[count:]
-    _, first, plane = np.unique(np.minimum(one, two), return_index=True, return_inverse=True)
-    order = first.argsort()
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    side = (one == one[first[plane]]).astype(np.int64)
-    return rank[plane], side
+    # A plane is its lower label; the first half-space on it decides which side is which.
+    lower = np.minimum(one, two)
+    first = np.full(2 * count, count)
+    np.minimum.at(first, lower, np.arange(count))
+    leader = first[lower]
+    plane = ((leader == np.arange(count)).cumsum() - 1)[leader]
+    return plane, (one == one[leader]).astype(np.int64)

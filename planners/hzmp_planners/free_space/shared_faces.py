@@ -6,8 +6,9 @@ import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints, frozen
 from hzmp_planners._polygons import Polygons
-from hzmp_planners._ragged import counts_of, owners_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, distinct, reduced, spans, starts_of
 from hzmp_planners.constants import FACE_TOL
+from hzmp_planners.free_space.cells import clip
 from hzmp_planners.free_space.complexes import Complex
 from hzmp_planners.free_space.outlines import outlines
 from hzmp_planners.free_space.leaf_graph import LeafGraph
@@ -26,14 +27,19 @@ def build_leaf_graph(
         fresh: only faces of these leaves are looked for, shape (N,); all when not given.
     """
     tol = FACE_TOL * scale
-    plane = whole.facets >> 1
-    polygons = outlines(whole, table.normals[plane])
+    owner, planes = whole.facet_owner, whole.facets >> 1
+    sought = np.ones(len(planes), dtype=np.bool_)
+    if fresh is not None:
+        has_fresh = np.zeros(len(table.offsets), dtype=np.bool_)
+        has_fresh[planes[fresh[owner]]] = True
+        sought = has_fresh[planes]
+    rows = sought.nonzero()[0]
+    plane, owner, is_below = planes[rows], owner[rows], (whole.facets[rows] & 1).astype(np.bool_)
+    polygons = outlines(whole, table.normals[planes], rows)
     dropped = np.abs(table.normals[plane]).argmax(axis=1)
-    is_below = (whole.facets & 1).astype(np.bool_)
     below, above = _candidates(polygons, plane, is_below, dropped, tol)
     if fresh is not None:
-        new = fresh[whole.facet_owner]
-        wanted = new[below] | new[above]
+        wanted = fresh[owner[below]] | fresh[owner[above]]
         below, above = below[wanted], above[wanted]
     normals, offsets = table.normals[plane[below]], table.offsets[plane[below]]
     if whole.n == 2:
@@ -44,7 +50,7 @@ def build_leaf_graph(
     kept = found & _wide(corners, starts, normals, tol)
     rows = kept.nonzero()[0]
     sizes = counts_of(starts)[rows]
-    ends = np.column_stack([whole.facet_owner[below], whole.facet_owner[above]])
+    ends = np.column_stack([owner[below], owner[above]])
     return LeafGraph.from_lists(
         len(whole),
         ends[rows],
@@ -125,32 +131,41 @@ def _common_polygons(
 ) -> tuple[Floats, Ints, Bools]:
     """Overlaps of pairs of polygons on one plane: the first clipped by the second's sides."""
     count = len(one)
-    faces, pair = polygons.take(one), np.arange(count)
-    sides = counts_of(polygons.vertex_starts)[two]
+    starts = polygons.vertex_starts
     dropped = np.abs(normals).argmax(axis=1)
     # Counter-clockwise in the chart (y, z), (x, z) or (x, y) is about +n, -n or +n.
     turn = np.where(dropped == 1, -1.0, 1.0) * np.sign(normals[np.arange(count), dropped])
-    spin = normals * turn[:, None]
-    for k in range(int(sides.max(initial=0))):
-        if not len(pair):
-            break
-        busy = sides[pair] > k
-        corner = polygons.vertex_starts[two[pair]] + np.where(busy, k, 0)
-        foot = polygons.vertices[corner]
-        outward = np.cross(polygons.vertices[polygons.following[corner]] - foot, spin[pair])
-        length = np.sqrt(np.einsum("ij,ij->i", outward, outward))
-        busy &= length > 0.0
-        outward /= np.where(length > 0.0, length, 1.0)[:, None]
-        offsets = np.where(busy, np.einsum("ij,ij->i", outward, foot), np.inf)
-        wanted = np.zeros((len(pair), 2), dtype=np.bool_)
-        wanted[:, 0] = True
-        faces, rows, _ = faces.divide(np.zeros(wanted.shape, np.int64), outward, offsets, tol, wanted)
-        pair = pair[rows]
+    sides = counts_of(starts)[two]
+    foot = spans(starts[two], sides)
+    pair = np.arange(count).repeat(sides)
+    origin = polygons.vertices.take(foot, axis=0)
+    edge = polygons.vertices.take(polygons.following.take(foot), axis=0) - origin
+    outward = _cross(edge, (normals * turn[:, None]).take(pair, axis=0))
+    length = np.sqrt(np.einsum("ij,ij->i", outward, outward))
+    outward /= np.where(length > 0.0, length, 1.0)[:, None]
+    offsets = np.einsum("ij,ij->i", outward, origin)
+    # Most sides have all of the other polygon inside.
+    widths = counts_of(starts)[one[pair]]
+    points = polygons.vertices.take(spans(starts[one[pair]], widths), axis=0)
+    heights = np.einsum("ij,ij->i", points, outward.repeat(widths, axis=0))
+    cutting = reduced(np.maximum, heights, starts_of(widths)) > offsets + tol
+    cutting = (cutting & (length > 0.0)).nonzero()[0]
+    lists = starts_of(np.bincount(pair[cutting], minlength=count))
+    faces, kept = clip(
+        polygons.take(one), outward[cutting], offsets[cutting], cutting, lists, tol
+    )
     found = np.zeros(count, dtype=np.bool_)
-    found[pair] = True
+    found[kept] = True
     sizes = np.zeros(count, dtype=np.int64)
-    sizes[pair] = counts_of(faces.vertex_starts)
+    sizes[kept] = counts_of(faces.vertex_starts)
     return faces.vertices, starts_of(sizes), found
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """Cross products of rows; np.cross is several times slower."""
+    x, y, z = a.T
+    u, v, w = b.T
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)
 
 
 def _wide(corners: Floats, starts: Ints, normals: Floats, tol: float) -> Bools:
@@ -163,17 +178,16 @@ def _wide(corners: Floats, starts: Ints, normals: Floats, tol: float) -> Bools:
     rows = wide.nonzero()[0]
     faces = Polygons(corners, starts, np.zeros(len(corners), dtype=np.int64)).take(rows)
     edge = faces.vertices[faces.following] - faces.vertices
-    inward = np.cross(normals[rows][faces.vertex_owner], edge)
+    inward = _cross(normals[rows][faces.vertex_owner], edge)
     length = np.sqrt(np.einsum("ij,ij->i", inward, inward))
     long = length > 0.0
     inward /= np.where(long, length, 1.0)[:, None]
     count = counts_of(faces.vertex_starts)[faces.vertex_owner]
     others = faces.vertices[spans(faces.vertex_starts[faces.vertex_owner], count)]
     heights = np.einsum("ij,ij->i", others - faces.vertices.repeat(count, axis=0), inward.repeat(count, axis=0))
-    first = starts_of(count)[:-1]
-    if not len(first):
-        return wide
-    reach = np.maximum(np.maximum.reduceat(heights, first), -np.minimum.reduceat(heights, first))
+    lists = starts_of(count)
+    highest, lowest = (reduced(extreme, heights, lists) for extreme in (np.maximum, np.minimum))
+    reach = np.maximum(highest, -lowest)
     thin = np.zeros(len(rows), dtype=np.bool_)
     thin[faces.vertex_owner[long & (reach <= tol)]] = True
     wide[rows[thin]] = False
@@ -194,7 +208,7 @@ def update_leaf_graph(
     """
     ends = number[graph.ends]
     stays = (ends >= 0).all(axis=1)
-    beside = np.unique(ends[(ends >= 0) & ~stays[:, None]])
+    beside = distinct(ends[(ends >= 0) & ~stays[:, None]])
     first = int(number.max(initial=-1)) + 1
     nearby = np.concatenate([beside, np.arange(first, len(whole))])
     fresh = build_leaf_graph(whole.take(nearby), table, scale, nearby >= first)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
-from hzmp_planners._ragged import counts_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, distinct, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.cells import Cells, bounds_of, box_cell, clip
 from hzmp_planners.free_space.complexes import Complex, empty_complex
@@ -113,7 +113,8 @@ def add_obstacles(world: World, obstacles: Sequence[Polytope]) -> tuple[World, I
     tol = world.tol
     table, blocks = _blocks(world.table, obstacles)
     cell, block = blocks.near(*world.leaves.bounds, tol)
-    candidates, rank = np.unique(cell, return_inverse=True)
+    candidates = distinct(cell)
+    rank = np.searchsorted(candidates, cell)
     cells = cells_of(world.leaves.take(candidates), table, tol)
     part, touched = _carve(cells, rank, block, blocks, table, tol)
     touched = candidates[touched]
@@ -221,7 +222,8 @@ def _carve(
 ) -> tuple[Partition, Ints]:
     """Partition only the cells that an obstacle meets; and which these are."""
     parts, home, obstacle = _common(cells, cell, block, blocks, table, tol)
-    touched, home = np.unique(home, return_inverse=True)
+    touched = distinct(home)
+    home = np.searchsorted(touched, home)
     return partition(cells.take(touched), parts, home, obstacle, table, tol), touched
 
 
