@@ -6,17 +6,21 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from os import PathLike
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array
 
 from hzmp_planners._arrays import Bools, Floats, Ints, as_floats, as_point, as_points, frozen
-from hzmp_planners._ragged import counts_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, reduced, spans, starts_of
 from hzmp_planners.constants import MEMBERSHIP_TOL, PLANE_TOL
 from hzmp_planners.errors import ShapeError
+from hzmp_planners.free_space.complexes import Complex
+from hzmp_planners.free_space.cover import Cover, build_door_graph, maximal_cover
 from hzmp_planners.free_space.leaf_graph import LeafGraph
 from hzmp_planners.free_space.shared_faces import build_leaf_graph, update_leaf_graph
+from hzmp_planners.free_space.storage import load_parts, save_space
 from hzmp_planners.free_space.world import (
     World,
     add_obstacles,
@@ -39,6 +43,7 @@ class FreeSpace:
     obstacles: tuple[Polytope, ...]
     """The obstacles that have an interior."""
     _world: World = field(repr=False)
+    _cover: Cover | None = field(default=None, repr=False)
 
     @classmethod
     def decompose(
@@ -88,6 +93,9 @@ class FreeSpace:
         Raises:
             ShapeError: an obstacle of another dimension, or a number that no obstacle has.
         """
+        if not self.disjoint:
+            alone = FreeSpace(self.bounds, self.obstacles, self._world)
+            return alone.with_obstacles(moved).overlapping()
         if not isinstance(moved, Mapping):
             return self._with_more(_solid(moved, self.n, self.scale))
         for number in moved:
@@ -110,6 +118,48 @@ class FreeSpace:
         again = FreeSpace(self.bounds, obstacles, reorder_obstacles(grown._world, order))
         vars(again)["graph"] = grown.graph
         return again
+
+    def overlapping(self) -> FreeSpace:
+        """The same free space as maximal leaves that overlap: fewer and larger ones.
+
+        Each leaf is grown until obstacles or the workspace stop it, and those that the others make
+        superfluous are dropped. Its graph has the doors between leaves that overlap or touch;
+        plans in it have fewer segments, and room to cut corners.
+        """
+        if not self.disjoint:
+            return self
+        return FreeSpace(self.bounds, self.obstacles, self._world, maximal_cover(self))
+
+    @property
+    def disjoint(self) -> bool:
+        """Whether the interiors of the leaves are disjoint: not after `overlapping`."""
+        return self._cover is None
+
+    @property
+    def _complex(self) -> Complex:
+        return self._world.leaves if self._cover is None else self._cover.leaves
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the space with its leaf graph to an npz file, so that it is decomposed once.
+
+        Raises:
+            OSError: the file cannot be written; an old one of that name stays as it was.
+        """
+        save_space(self, path)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> FreeSpace:
+        """The space that `save` wrote: the same leaves in the same order.
+
+        Raises:
+            OSError: the file cannot be read.
+            ShapeError: it is not a saved free space.
+        """
+        parts = load_parts(path)
+        graph = parts.pop("graph")
+        space = cls(**parts)
+        vars(space)["graph"] = graph
+        return space
 
     def _with_more(self, more: tuple[Polytope, ...]) -> FreeSpace:
         if not more:
@@ -149,26 +199,26 @@ class FreeSpace:
     @property
     def vertices(self) -> Floats:
         """Vertices of all leaves, shape (nv, n) [m]."""
-        return self._world.leaves.vertices
+        return self._complex.vertices
 
     @cached_property
     def incidence(self) -> csc_array[np.bool_]:
         """Sparse bool (nv, N): column i marks the vertices of leaf i."""
-        rows, starts = self._world.leaves.members
-        shape = (len(self.vertices), len(self._world.leaves))
+        rows, starts = self._complex.members
+        shape = (len(self.vertices), len(self))
         data = frozen(np.ones(rows.size, dtype=np.bool_))
         return csc_array((data, frozen(rows), frozen(starts)), shape=shape)
 
     def __len__(self) -> int:
         """Number of leaves."""
-        return len(self._world.leaves)
+        return len(self._complex)
 
     def leaf(self, index: int) -> Polytope:
         """One of the leaves, in the order of the columns of `incidence`."""
         known = self._leaves.get(index)
         if known is None:
             A, b, facets = self._halfspaces
-            rows, starts = self._world.leaves.members
+            rows, starts = self._complex.members
             known = Polytope.from_both_forms(
                 A[facets[index] : facets[index + 1]],
                 b[facets[index] : facets[index + 1]],
@@ -194,7 +244,10 @@ class FreeSpace:
     @cached_property
     def graph(self) -> LeafGraph:
         """Leaves and their shared faces."""
-        graph = build_leaf_graph(self._world.leaves, self._world.table, self.scale)
+        if self._cover is None:
+            graph = build_leaf_graph(self._world.leaves, self._world.table, self.scale)
+        else:
+            graph = build_door_graph(self._cover, self.scale)
         # Computed now: what all queries share should not cost the first one its time.
         _ = graph.pairs, graph.components
         return graph
@@ -205,7 +258,9 @@ class FreeSpace:
 
     @property
     def volume(self) -> float:
-        """Total volume (area in 2-D) of the leaves [m^n]."""
+        """Volume (area in 2-D) of the union of the leaves [m^n]."""
+        if not self.disjoint:
+            return FreeSpace(self.bounds, self.obstacles, self._world).volume
         return math.fsum(leaf.volume() for leaf in self.leaves)
 
     def contains(self, X: ArrayLike) -> Bools:
@@ -234,20 +289,25 @@ class FreeSpace:
         # A cut of a merged leaf may run a little beside its facets.
         slack = tol + 8.0 * PLANE_TOL * self.scale
         rows, leaves = self._world.tree.descend(points, self._world.table, slack)
-        if not len(rows):
-            return rows, leaves
+        if self._cover is not None:
+            counts = counts_of(self._cover.beside_starts)[leaves]
+            rows, leaves = (
+                rows.repeat(counts),
+                self._cover.beside[spans(self._cover.beside_starts[leaves], counts)],
+            )
         A, b, facets = self._halfspaces
         counts = counts_of(facets)[leaves]
         held = spans(facets[leaves], counts)
         heights = np.einsum("ij,ij->i", A[held], points[rows.repeat(counts)]) - b[held]
-        inside = np.maximum.reduceat(heights, starts_of(counts)[:-1]) <= tol
+        inside = reduced(np.maximum, heights, starts_of(counts)) <= tol
         return rows[inside], leaves[inside]
 
     @cached_property
     def _halfspaces(self) -> tuple[Floats, Floats, Ints]:
         """Facets of all leaves one after the other, and where each leaf's begin."""
-        A, b = self._world.table.halfspaces(self._world.leaves.facets)
-        return frozen(A), frozen(b), self._world.leaves.leaf_starts
+        table = self._world.table if self._cover is None else self._cover.table
+        A, b = table.halfspaces(self._complex.facets)
+        return frozen(A), frozen(b), self._complex.leaf_starts
 
 
 def _solid(

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
-from hzmp_planners._ragged import counts_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, distinct, runs_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.cells import Cells, bounds_of, box_cell, clip, incidence
+from hzmp_planners.free_space.cells import INNER, Cells, bounds_of, box_cell, clip, incidence
 from hzmp_planners.sets import Polytope
 
 if TYPE_CHECKING:
@@ -20,7 +20,15 @@ if TYPE_CHECKING:
 def grow_leaves(
     space: FreeSpace, leaves: Sequence[int], toward: Sequence[Sequence[int]]
 ) -> list[Polytope]:
-    """Convex free polytopes that contain some leaves, pushed outward facet by facet.
+    """Convex free polytopes that contain some leaves: see `grow_cells`."""
+    cells, A, b = grow_cells(space, leaves, toward)
+    return _polytopes(cells, A, b)
+
+
+def grow_cells(
+    space: FreeSpace, leaves: Sequence[int], toward: Sequence[Sequence[int]]
+) -> tuple[Cells, Floats, Floats]:
+    """Convex free cells that contain some leaves, pushed outward facet by facet.
 
     Each facet in turn is moved out until the polytope would meet an obstacle or the workspace
     wall: first the facets shared with the leaves in `toward`, then the others. The order decides
@@ -30,6 +38,10 @@ def grow_leaves(
         space: the free space.
         leaves: their indices.
         toward: for each of them, neighbours to grow into first.
+
+    Returns:
+        The cells, one for each leaf; their facets are labelled with rows of the half-spaces
+        A x <= b that come with them.
     """
     tol = PLANE_TOL * space.scale
     A, b, starts = _ordered_halfspaces(space, leaves, toward, tol)
@@ -39,8 +51,12 @@ def grow_leaves(
         grown = (counts > k).nonzero()[0]
         facet = starts[grown] + k
         b[facet] = np.maximum(b[facet], _free_reach(space, obstacles, A, b, starts, grown, k, tol))
-    cells, _ = clip(_boxes(space, len(counts)), A, b, np.arange(len(b)), starts, tol)
-    return _polytopes(space, cells, A, b)
+    lo, hi = space.bounds
+    eye = np.eye(space.n)
+    walls = len(b) + np.arange(2 * space.n)
+    boxes = box_cell(lo, hi, walls).take(np.zeros(len(counts), dtype=np.int64))
+    cells, _ = clip(boxes, A, b, np.arange(len(b)), starts, tol)
+    return cells, np.concatenate([A, eye, -eye]), np.concatenate([b, hi, -lo])
 
 
 class _Obstacles:
@@ -117,22 +133,19 @@ def _free_reach(
 
 
 def _boxes(space: FreeSpace, count: int) -> Cells:
-    """Copies of the workspace; its walls are labelled -1, -2, ..., upper ones first."""
-    walls = -1 - np.arange(2 * space.n)
+    """Copies of the workspace, without labels."""
+    walls = np.full(2 * space.n, INNER)
     return box_cell(*space.bounds, walls).take(np.zeros(count, dtype=np.int64))
 
 
-def _polytopes(space: FreeSpace, cells: Cells, A: Floats, b: Floats) -> list[Polytope]:
-    """Cells whose facets are labelled with rows of A, or with walls of the workspace."""
-    n, eye = space.n, np.eye(space.n)
-    lo, hi = space.bounds
-    A = np.concatenate([A, -eye[::-1], eye[::-1]])
-    b = np.concatenate([b, -lo[::-1], hi[::-1]])
-    cell, label, vertex = incidence(cells)
-    width = len(cells.vertices)
-    keys = np.unique(((cell * len(b)) + label % len(b)) * width + vertex) // width
-    facets, held = np.unique(keys, return_counts=True)
-    facets = facets[held >= n]
+def _polytopes(cells: Cells, A: Floats, b: Floats) -> list[Polytope]:
+    """Cells whose facets are labelled with rows of A x <= b, without facets that are too small."""
+    n = A.shape[1]
+    cell, row, vertex = incidence(cells)
+    keys = distinct((cell * len(b) + row) * len(cells.vertices) + vertex) // len(cells.vertices)
+    first = runs_of(keys)
+    held = counts_of(np.append(first, len(keys)))
+    facets = keys[first[held >= n]]
     found = []
     for i in range(len(cells)):
         rows = facets[facets // len(b) == i] % len(b)

@@ -47,7 +47,7 @@ def build_leaf_graph(
     else:
         faces = _common_polygons(polygons, below, above, normals, 0.1 * tol)
     corners, starts, found = faces
-    kept = found & _wide(corners, starts, normals, tol)
+    kept = found & wide(corners, starts, normals, tol)
     rows = kept.nonzero()[0]
     sizes = counts_of(starts)[rows]
     ends = np.column_stack([owner[below], owner[above]])
@@ -168,14 +168,21 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)
 
 
-def _wide(corners: Floats, starts: Ints, normals: Floats, tol: float) -> Bools:
-    """Which faces have room: their smallest width exceeds the tolerance."""
+def wide(corners: Floats, starts: Ints, normals: Floats, tol: float) -> Bools:
+    """Which faces have room: their smallest width exceeds the tolerance.
+
+    Args:
+        corners: of all faces, end to end.
+        starts: where each face's begin, shape (F + 1,).
+        normals: of each face's plane, shape (F, n).
+        tol: [m].
+    """
     sizes = counts_of(starts)
-    wide = sizes >= corners.shape[1]
+    roomy = sizes >= corners.shape[1]
     if corners.shape[1] == 2:
         ends = corners.reshape(-1, 2, 2)
-        return wide & (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > tol)
-    rows = wide.nonzero()[0]
+        return roomy & (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > tol)
+    rows = roomy.nonzero()[0]
     faces = Polygons(corners, starts, np.zeros(len(corners), dtype=np.int64)).take(rows)
     edge = faces.vertices[faces.following] - faces.vertices
     inward = _cross(normals[rows][faces.vertex_owner], edge)
@@ -190,8 +197,8 @@ def _wide(corners: Floats, starts: Ints, normals: Floats, tol: float) -> Bools:
     reach = np.maximum(highest, -lowest)
     thin = np.zeros(len(rows), dtype=np.bool_)
     thin[faces.vertex_owner[long & (reach <= tol)]] = True
-    wide[rows[thin]] = False
-    return wide
+    roomy[rows[thin]] = False
+    return roomy
 
 
 def update_leaf_graph(
