@@ -29,7 +29,7 @@ def spans(begins: Ints, counts: Ints) -> Ints:
     ends = counts.cumsum()
     if not len(ends):
         return ends
-    return np.arange(ends[-1]) + (begins - ends + counts).repeat(counts)
+    return np.asarray(np.arange(ends[-1]) + (begins - ends + counts).repeat(counts))
 
 
 def runs_of(values: Ints) -> Ints:

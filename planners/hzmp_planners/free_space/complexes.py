@@ -12,7 +12,7 @@ from hzmp_planners._arrays import Floats, Ints, frozen
 from hzmp_planners._links import cluster_labels
 from hzmp_planners._ragged import counts_of, distinct, owners_of, runs_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.cells import Cells, incidence
+from hzmp_planners.free_space.cells import Cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Complex:
     @property
     def n(self) -> int:
         """Dimension, 2 or 3."""
-        return self.vertices.shape[1]
+        return int(self.vertices.shape[1])
 
     @cached_property
     def facet_owner(self) -> Ints:
@@ -118,7 +118,7 @@ class Complex:
         leads = labels == np.arange(len(fresh))
         number[fresh] = known + (leads.cumsum() - 1)[labels]
         vertices = np.concatenate([self.vertices, points[fresh[leads]]])
-        leaf, code, vertex = incidence(cells)
+        leaf, code, vertex = cells.incidence()
         whole = from_incidence(frozen(vertices), leaf, code, number[vertex], len(cells))
         bounded = counts_of(whole.leaf_starts) > whole.n
         leaves = np.where(bounded, bounded.cumsum() - 1, -1)

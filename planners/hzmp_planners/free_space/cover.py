@@ -1,4 +1,4 @@
-"""Overlapping maximal leaves: fewer and larger than the disjoint ones, with doors where they meet."""
+"""Overlapping maximal leaves: fewer and larger ones, with doors where they meet."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._polygons import Polygons
 from hzmp_planners._ragged import counts_of, owners_of, reduced, spans, starts_of
 from hzmp_planners.constants import FACE_TOL, PLANE_TOL
-from hzmp_planners.free_space.cells import clip
+from hzmp_planners.free_space.cells import Cells, clip, join_cells
 from hzmp_planners.free_space.complexes import Complex, empty_complex
 from hzmp_planners.free_space.grow import grow_cells
 from hzmp_planners.free_space.leaf_graph import LeafGraph
 from hzmp_planners.free_space.outlines import outlines
 from hzmp_planners.free_space.planes import PlaneTable
+from hzmp_planners.free_space.polygons import Polygons
 from hzmp_planners.free_space.shared_faces import wide
 
 if TYPE_CHECKING:
@@ -69,18 +69,19 @@ def maximal_cover(space: FreeSpace) -> Cover:
     if not bodies:
         return Cover(empty_complex(space.n), space._world.table, *[np.zeros(0, np.int64)] * 2)
     table, codes = space._world.table.extended(np.concatenate(normals), np.concatenate(offsets))
-    cells = type(bodies[0]).join(bodies).relabelled(codes)
+    cells = join_cells(bodies).relabelled(codes)
     kept = _needed(held, len(whole))
-    leaves, number = empty_complex(space.n).with_cells(cells.take(kept), space.scale)
+    leaves, _ = empty_complex(space.n).with_cells(cells.take(kept), space.scale)
     lows, highs = leaves.bounds
     low, high = whole.bounds
-    meets = (low[:, None] <= highs[None] + tol).all(axis=2) & (high[:, None] >= lows - tol).all(axis=2)
+    meets = np.asarray(np.all(low[:, None] <= highs + tol, axis=2))
+    meets &= np.all(high[:, None] >= lows - tol, axis=2)
     return Cover(leaves, table, meets.nonzero()[1], starts_of(meets.sum(axis=1)))
 
 
 def _contained(whole: Complex, A: Floats, b: Floats, tol: float) -> Bools:
     """Which leaves satisfy A x <= b."""
-    inside = (whole.vertices @ A.T <= b + tol).all(axis=1)
+    inside = np.asarray(np.all(whole.vertices @ A.T <= b + tol, axis=1))
     rows, starts = whole.members
     return np.asarray(np.logical_and.reduceat(inside[rows], starts[:-1]))
 
@@ -120,6 +121,7 @@ def build_door_graph(cover: Cover, scale: float) -> LeafGraph:
     pair = np.arange(len(facet)).repeat(counts)[other]
     rows = rows[other]
     starts = starts_of(np.bincount(pair, minlength=len(facet)))
+    faces: Cells
     if whole.n == 2:
         faces, kept = _clip_segments(facets.take(facet), A[rows], b[rows], starts, 0.1 * tol)
     else:
@@ -148,8 +150,8 @@ def _beyond(whole: Complex, facets: Polygons, table: PlaneTable, tol: float) -> 
     found = []
     for start in range(0, len(facets), 1024):
         rows = slice(start, start + 1024)
-        meets = (low[rows, None] <= highs + tol).all(axis=2)
-        meets &= (high[rows, None] >= lows - tol).all(axis=2)
+        meets = np.asarray(np.all(low[rows, None] <= highs + tol, axis=2))
+        meets &= np.all(high[rows, None] >= lows - tol, axis=2)
         facet, leaf = meets.nonzero()
         found.append(np.stack([facet + start, leaf]))
     facet, leaf = np.concatenate(found, axis=1) if found else np.zeros((2, 0), dtype=np.int64)
@@ -186,7 +188,9 @@ def _clip_segments(
     t = np.stack([low[kept], high[kept]], axis=1)[:, :, None]
     points = ends[kept, :1] * (1.0 - t) + ends[kept, 1:] * t
     corners = 2 * np.arange(len(kept) + 1)
-    return Polygons(points.reshape(-1, 2), corners, np.zeros(2 * len(kept), dtype=np.int64)), kept
+    return Polygons.of(
+        points.reshape(-1, 2), corners, np.zeros(2 * len(kept), dtype=np.int64)
+    ), kept
 
 
 def _fewer(owner: Ints, leaf: Ints, count: int) -> Ints:
@@ -196,4 +200,5 @@ def _fewer(owner: Ints, leaf: Ints, count: int) -> Ints:
     mine = np.asarray(pieces[owner, leaf]).ravel()
     theirs = np.asarray(pieces[leaf, owner]).ravel()
     theirs = np.where(theirs > 0, theirs, np.inf)
-    return ((mine < theirs) | ((mine == theirs) & (owner < leaf))).nonzero()[0]
+    kept = (mine < theirs) | ((mine == theirs) & (owner < leaf))
+    return np.asarray(kept.nonzero()[0])

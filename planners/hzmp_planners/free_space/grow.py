@@ -10,7 +10,8 @@ import numpy as np
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._ragged import counts_of, distinct, runs_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.cells import INNER, Cells, bounds_of, box_cell, clip, incidence
+from hzmp_planners.free_space.boxes import box_cell
+from hzmp_planners.free_space.cells import INNER, Cells, clip
 from hzmp_planners.sets import Polytope
 
 if TYPE_CHECKING:
@@ -116,9 +117,9 @@ def _free_reach(
         np.einsum("ij,ij->i", beyond.vertices, outward[beyond.vertex_owner]),
         beyond.vertex_starts[:-1],
     )
-    lows, highs = bounds_of(beyond)
-    meets = (lows[:, None] < obstacles.highs - tol).all(axis=2)
-    meets &= (highs[:, None] > obstacles.lows + tol).all(axis=2)
+    lows, highs = beyond.bounds
+    meets = np.asarray(np.all(lows[:, None] < obstacles.highs - tol, axis=2))
+    meets &= np.all(highs[:, None] > obstacles.lows + tol, axis=2)
     part, block = meets.nonzero()
     counts = counts_of(obstacles.starts)[block]
     rows = spans(obstacles.starts[block], counts)
@@ -141,7 +142,7 @@ def _boxes(space: FreeSpace, count: int) -> Cells:
 def _polytopes(cells: Cells, A: Floats, b: Floats) -> list[Polytope]:
     """Cells whose facets are labelled with rows of A x <= b, without facets that are too small."""
     n = A.shape[1]
-    cell, row, vertex = incidence(cells)
+    cell, row, vertex = cells.incidence()
     keys = distinct((cell * len(b) + row) * len(cells.vertices) + vertex) // len(cells.vertices)
     first = runs_of(keys)
     held = counts_of(np.append(first, len(keys)))

@@ -48,7 +48,7 @@ class LeafGraph:
     @property
     def n(self) -> int:
         """Dimension of the space."""
-        return self.corners.shape[2]
+        return int(self.corners.shape[2])
 
     def __len__(self) -> int:
         """Number of faces."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hzmp_planners._arrays import Bools, Ints
 from hzmp_planners._ragged import counts_of, distinct, owners_of, spans, starts_of
@@ -50,7 +51,7 @@ def merge_convex_unions(
     return whole, number
 
 
-def _pairs(whole: Complex, draws: Ints, fresh: Bools) -> tuple[Ints, Ints, Ints]:
+def _pairs(whole: Complex, draws: NDArray[np.uint64], fresh: Bools) -> tuple[Ints, Ints, Ints]:
     """Leaves that meet in one whole facet, at least one of them fresh; widest facets first."""
     sums = np.add.reduceat(draws[whole.rows], whole.facet_starts[:-1])
     # Facets with the same vertices on the same plane have the same key.
@@ -129,7 +130,10 @@ def _unite(whole: Complex, one: Ints, two: Ints, plane: Ints) -> tuple[Complex, 
     if not stays.all():
         facet = facet[stays]
         united = from_incidence(
-            whole.vertices, united.facet_owner[facet], united.facets[facet], united.rows[stays], len(one)
+            whole.vertices,
+            united.facet_owner[facet],
+            united.facets[facet],
+            united.rows[stays],
+            len(one),
         )
     return whole.take(kept).joined(united), number
-

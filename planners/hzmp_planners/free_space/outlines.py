@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._polygons import Polygons
 from hzmp_planners._ragged import counts_of, owners_of, spans, starts_of
-from hzmp_planners.free_space.cells import Cells, box_cell, clip
+from hzmp_planners.free_space.boxes import box_cell
+from hzmp_planners.free_space.cells import INNER, Cells, clip, join_cells
 from hzmp_planners.free_space.complexes import Complex
 from hzmp_planners.free_space.planes import PlaneTable
+from hzmp_planners.free_space.polygons import Polygons
 from hzmp_planners.free_space.polyhedra import Polyhedra
 
 
@@ -41,7 +42,7 @@ def outlines(whole: Complex, normals: Floats, facets: Ints | None = None) -> Pol
         middle = [(np.add.reduceat(x, first) / sizes).repeat(sizes) for x in (u, v)]
         key = np.arctan2(v - middle[1], u - middle[0])
     order = np.lexsort((key, owner))
-    return Polygons(points.take(order, axis=0), starts, rows.take(order))
+    return Polygons.of(points.take(order, axis=0), starts, rows.take(order))
 
 
 def cells_of(whole: Complex, table: PlaneTable, tol: float) -> Cells:
@@ -55,17 +56,18 @@ def cells_of(whole: Complex, table: PlaneTable, tol: float) -> Cells:
         table: the planes of their facets.
         tol: nearer to a plane than this is on it [m].
     """
+    cells: Cells
     cells, closed = _polygons(whole) if whole.n == 2 else _polyhedra(whole, table)
     if closed.all():
         return cells
     broken = (~closed).nonzero()[0]
     lo, hi = whole.vertices.min(axis=0) - 1.0, whole.vertices.max(axis=0) + 1.0
-    walls = np.full(2 * whole.n, -1)
+    walls = np.full(2 * whole.n, INNER)
     boxes = box_cell(lo, hi, walls).take(np.zeros(len(broken), dtype=np.int64))
     part = whole.take(broken)
     A, b = table.halfspaces(part.facets)
     cut, origin = clip(boxes, A, b, part.facets, part.leaf_starts, tol)
-    everything = type(cells).join([cells, cut])
+    everything = join_cells([cells, cut])
     rows = np.arange(len(whole))
     rows[broken[origin]] = len(whole) + np.arange(len(cut))
     return everything.take(rows)
@@ -78,7 +80,7 @@ def _polygons(whole: Complex) -> tuple[Polygons, Bools]:
     middle = np.add.reduceat(points, starts[:-1]) / counts_of(starts)[:, None]
     offset = points - middle[owner]
     order = np.lexsort((np.arctan2(offset[:, 1], offset[:, 0]), owner))
-    corners = Polygons(points[order], starts, members[order])
+    corners = Polygons.of(points[order], starts, members[order])
     width = max(1, len(whole.vertices))
     one, two = whole.rows.reshape(-1, 2).T
     known = (whole.facet_owner * width + one) * width + two
@@ -122,11 +124,11 @@ def _polyhedra(whole: Complex, table: PlaneTable) -> tuple[Polyhedra, Bools]:
         Polyhedra(
             whole.vertices.take(members, axis=0),
             starts,
+            whole.facets,
+            whole.leaf_starts,
             np.stack([one[sides], two[sides]]),
             np.stack([faces.vertex_owner[sides], faces.vertex_owner[partner]]),
             starts_of(np.bincount(edge_leaf, minlength=len(whole))),
-            whole.facets,
-            whole.leaf_starts,
         ),
         closed,
     )

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hzmp_planners._arrays import Bools, Ints
+from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners._ragged import counts_of, runs_of, spans, starts_of
-from hzmp_planners.free_space.cells import INNER, Cells
+from hzmp_planners.free_space.cells import INNER, Cells, join_cells
 from hzmp_planners.free_space.cut_tree import CutTree
 from hzmp_planners.free_space.planes import PlaneTable
 
@@ -62,7 +62,7 @@ def partition(
     walls = _keys(cells.facet_owner, cells.facets >> 1, table)
     on_wall = np.isin(_keys(home[blocks.facet_owner], blocks.facets >> 1, table), walls)
     blocks = blocks.relabelled(np.where(on_wall, INNER, blocks.facets))
-    layer = _Layer(type(cells).join([cells, blocks]), len(cells), home, obstacle)
+    layer = _Layer(join_cells([cells, blocks]), len(cells), home, obstacle)
     layers: list[Cells] = []
     planes: list[Ints] = []
     children: list[Ints] = []
@@ -86,7 +86,7 @@ def partition(
     free = blocker < 0
     pieces = np.full(nodes, -1)
     pieces[at] = np.where(free, free.cumsum() - 1, -1 - (~free).cumsum())
-    everything = type(cells).join(layers)
+    everything = join_cells(layers)
     return Partition(
         everything.take(rows[free]),
         everything.take(rows[~free]),
@@ -147,7 +147,7 @@ def _choose(layer: _Layer, going: Bools, table: PlaneTable, tol: float) -> Ints:
 
 def _scores(
     layer: _Layer, held: Ints, home: Ints, plane: Ints, table: PlaneTable, tol: float
-) -> Ints:
+) -> Floats:
     """How badly each candidate plane would cut its cell: blocks cut in two, and balance."""
     starts, count = layer.pieces.vertex_starts, layer.count
     by_cell = layer.home.argsort(kind="stable")

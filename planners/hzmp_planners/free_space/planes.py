@@ -89,7 +89,7 @@ class PlaneTable:
             for side, points in ((1, keys), (0, -keys)):
                 distance, plane = self._tree.query(points, distance_upper_bound=_TOL)
                 near = np.isfinite(distance)
-                codes[near] = 2 * plane[near] + side
+                codes[near] = 2 * np.asarray(plane)[near] + side
         return codes
 
 

@@ -1,18 +1,20 @@
-"""Finding the shared faces of leaves: facets on one plane from its two sides, where they overlap."""
+"""Finding shared faces: facets of leaves on the two sides of one plane, where they overlap."""
 
 from __future__ import annotations
+
+from typing import Literal
 
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints, frozen
-from hzmp_planners._polygons import Polygons
 from hzmp_planners._ragged import counts_of, distinct, reduced, spans, starts_of
 from hzmp_planners.constants import FACE_TOL
 from hzmp_planners.free_space.cells import clip
 from hzmp_planners.free_space.complexes import Complex
-from hzmp_planners.free_space.outlines import outlines
 from hzmp_planners.free_space.leaf_graph import LeafGraph
+from hzmp_planners.free_space.outlines import outlines
 from hzmp_planners.free_space.planes import PlaneTable
+from hzmp_planners.free_space.polygons import Polygons
 
 
 def build_leaf_graph(
@@ -93,22 +95,29 @@ def _candidates(
     stop = 3.0 * plane + (high[rows, axis] - base) / unit
     sides = [is_below.nonzero()[0], (~is_below).nonzero()[0]]
     sides = [side[start[side].argsort(kind="stable")] for side in sides]
-    found = []
-    for one, two, edge in ((0, 1, "left"), (1, 0, "right")):
-        outer, inner = sides[one], sides[two]
-        starts = start[inner]
-        begin = np.searchsorted(starts, start[outer], side=edge)
-        count = np.maximum(np.searchsorted(starts, stop[outer], side="left") - begin, 0)
-        pair = [outer.repeat(count), inner[spans(begin, count)]]
-        found.append(pair if one == 0 else pair[::-1])
-    below = np.concatenate([found[0][0], found[1][0]])
-    above = np.concatenate([found[0][1], found[1][1]])
+    low_rows, high_rows = sides
+    first_below, later_above = _starting_inside(start, stop, low_rows, high_rows, "left")
+    first_above, later_below = _starting_inside(start, stop, high_rows, low_rows, "right")
+    below = np.concatenate([first_below, later_below])
+    above = np.concatenate([later_above, first_above])
     overlap = np.minimum(high[below], high[above]) - np.maximum(low[below], low[above])
     overlap[np.arange(len(below)), dropped[below]] = np.inf
-    kept = (overlap > tol).all(axis=1)
+    kept = np.all(overlap > tol, axis=1)
     below, above = below[kept], above[kept]
     order = np.lexsort((above, below, plane[below]))
     return below[order], above[order]
+
+
+def _starting_inside(
+    start: Floats, stop: Floats, outer: Ints, inner: Ints, side: Literal["left", "right"]
+) -> tuple[Ints, Ints]:
+    """Pairs of intervals of which the second, one of `inner`, starts inside the first.
+
+    With `side` left it may also start where the first does. Both lists are sorted by start.
+    """
+    begin = np.searchsorted(start[inner], start[outer], side=side)
+    count = np.maximum(np.searchsorted(start[inner], stop[outer]) - begin, 0)
+    return outer.repeat(count), inner[spans(begin, count)]
 
 
 def _common_segments(polygons: Polygons, one: Ints, two: Ints) -> tuple[Floats, Ints, Bools]:
@@ -151,9 +160,7 @@ def _common_polygons(
     cutting = reduced(np.maximum, heights, starts_of(widths)) > offsets + tol
     cutting = (cutting & (length > 0.0)).nonzero()[0]
     lists = starts_of(np.bincount(pair[cutting], minlength=count))
-    faces, kept = clip(
-        polygons.take(one), outward[cutting], offsets[cutting], cutting, lists, tol
-    )
+    faces, kept = clip(polygons.take(one), outward[cutting], offsets[cutting], cutting, lists, tol)
     found = np.zeros(count, dtype=np.bool_)
     found[kept] = True
     sizes = np.zeros(count, dtype=np.int64)
@@ -181,9 +188,9 @@ def wide(corners: Floats, starts: Ints, normals: Floats, tol: float) -> Bools:
     roomy = sizes >= corners.shape[1]
     if corners.shape[1] == 2:
         ends = corners.reshape(-1, 2, 2)
-        return roomy & (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > tol)
+        return np.asarray(roomy & (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > tol))
     rows = roomy.nonzero()[0]
-    faces = Polygons(corners, starts, np.zeros(len(corners), dtype=np.int64)).take(rows)
+    faces = Polygons.of(corners, starts, np.zeros(len(corners), dtype=np.int64)).take(rows)
     edge = faces.vertices[faces.following] - faces.vertices
     inward = _cross(normals[rows][faces.vertex_owner], edge)
     length = np.sqrt(np.einsum("ij,ij->i", inward, inward))
@@ -191,20 +198,22 @@ def wide(corners: Floats, starts: Ints, normals: Floats, tol: float) -> Bools:
     inward /= np.where(long, length, 1.0)[:, None]
     count = counts_of(faces.vertex_starts)[faces.vertex_owner]
     others = faces.vertices[spans(faces.vertex_starts[faces.vertex_owner], count)]
-    heights = np.einsum("ij,ij->i", others - faces.vertices.repeat(count, axis=0), inward.repeat(count, axis=0))
+    heights = np.einsum(
+        "ij,ij->i", others - faces.vertices.repeat(count, axis=0), inward.repeat(count, axis=0)
+    )
     lists = starts_of(count)
     highest, lowest = (reduced(extreme, heights, lists) for extreme in (np.maximum, np.minimum))
     reach = np.maximum(highest, -lowest)
     thin = np.zeros(len(rows), dtype=np.bool_)
     thin[faces.vertex_owner[long & (reach <= tol)]] = True
     roomy[rows[thin]] = False
-    return roomy
+    return np.asarray(roomy)
 
 
 def update_leaf_graph(
     graph: LeafGraph, number: Ints, whole: Complex, table: PlaneTable, scale: float
 ) -> LeafGraph:
-    """The graph after some leaves were cut: faces of kept leaves stay, those of fresh ones are found.
+    """The graph after some leaves were cut: faces between kept leaves are taken over.
 
     Args:
         graph: of the leaves before.
@@ -214,7 +223,7 @@ def update_leaf_graph(
         scale: unit of the tolerances [m].
     """
     ends = number[graph.ends]
-    stays = (ends >= 0).all(axis=1)
+    stays = np.asarray(np.all(ends >= 0, axis=1))
     beside = distinct(ends[(ends >= 0) & ~stays[:, None]])
     first = int(number.max(initial=-1)) + 1
     nearby = np.concatenate([beside, np.arange(first, len(whole))])

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints, frozen
-from hzmp_planners._polygons import Polygons
 from hzmp_planners._ragged import starts_of
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.free_space.complexes import Complex
@@ -21,6 +20,7 @@ from hzmp_planners.free_space.cover import Cover
 from hzmp_planners.free_space.cut_tree import CutTree
 from hzmp_planners.free_space.leaf_graph import LeafGraph
 from hzmp_planners.free_space.planes import PlaneTable
+from hzmp_planners.free_space.polygons import Polygons
 from hzmp_planners.free_space.polyhedra import Polyhedra
 from hzmp_planners.free_space.world import Blocks, World
 from hzmp_planners.sets import Polytope
@@ -29,10 +29,8 @@ if TYPE_CHECKING:
     from hzmp_planners.free_space.free_space import FreeSpace
 
 _FORMAT = "hzmp free space 1"
-_RECORDS = {
-    record.__name__: record
-    for record in (Blocks, Complex, Cover, CutTree, LeafGraph, PlaneTable, Polygons, Polyhedra, World)
-}
+_TYPES = (Blocks, Complex, Cover, CutTree, LeafGraph, PlaneTable, Polygons, Polyhedra, World)
+_RECORDS = {record.__name__: record for record in _TYPES}
 
 
 def save_space(space: FreeSpace, path: str | PathLike[str]) -> None:
@@ -82,7 +80,7 @@ def load_parts(path: str | PathLike[str]) -> dict[str, Any]:
 
 
 def _ragged(bodies: tuple[Polytope, ...], n: int) -> tuple[Floats, Floats, Ints, Floats, Ints]:
-    """Half-spaces of all polytopes end to end and where each list starts, then vertices likewise."""
+    """Half-spaces of all polytopes end to end, where each list starts, and vertices likewise."""
     facets = starts_of(np.array([len(body.b) for body in bodies], dtype=np.int64))
     corners = starts_of(np.array([len(body.vertices()) for body in bodies], dtype=np.int64))
     none = np.zeros((0, n))

@@ -13,7 +13,8 @@ import numpy as np
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._ragged import counts_of, distinct, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.cells import Cells, bounds_of, box_cell, clip
+from hzmp_planners.free_space.boxes import box_cell
+from hzmp_planners.free_space.cells import Cells, clip, join_cells
 from hzmp_planners.free_space.complexes import Complex, empty_complex
 from hzmp_planners.free_space.cut_tree import CutTree
 from hzmp_planners.free_space.merge import merge_convex_unions
@@ -154,9 +155,9 @@ def remove_obstacles(world: World, gone: Ints) -> World:
     blocks = world.blocks.take(stays.nonzero()[0])
     number = np.append(np.where(stays, stays.cumsum() - 1, -1), -1)
     opened = np.isin(world.blockers, gone).nonzero()[0]
-    solid = type(world.solid[0]).join(world.solid)
+    solid = join_cells(world.solid)
     cells = solid.take(opened)
-    cell, block = blocks.near(*bounds_of(cells), tol)
+    cell, block = blocks.near(*cells.bounds, tol)
     part = _partition(cells, cell, block, blocks, world.table, tol)
     pieces, leaf = world.leaves.with_cells(part.free, world.scale)
     shift = len(world.leaves)
@@ -233,7 +234,7 @@ def _composed(first: Ints, then: Ints) -> Ints:
 
 
 def _numbered(part: Partition, leaf: Ints, solid: int) -> CutTree:
-    """The cuts of a partition whose free cells are leaves and whose solid ones count from `solid`."""
+    """The cuts of a partition in terms of leaves; its solid cells count from `solid`."""
     tree = part.tree.renamed(leaf)
     filled = part.tree.pieces <= -2
     tree.pieces[filled] = part.tree.pieces[filled] - solid

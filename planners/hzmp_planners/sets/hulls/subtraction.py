@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners.sets.hulls.cell import Cell
 from hzmp_planners.constants import SET_TOL
+from hzmp_planners.sets.hulls.cell import Cell
 from hzmp_planners.sets.polytope import Polytope
 
 
