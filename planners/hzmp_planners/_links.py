@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from hzmp_planners._arrays import Floats, Ints
 
@@ -25,25 +24,20 @@ def link_matrix(pairs: Ints, nodes: int, weights: Floats | None = None) -> csr_a
 
 
 def component_labels(pairs: Ints, nodes: int) -> Ints:
-    """Connected component of each node when pairs are undirected, shape (nodes,)."""
-    labels = connected_components(link_matrix(pairs, nodes), directed=False)[1]
-    return np.asarray(labels, dtype=np.int64)
+    """Connected component of each node when pairs are undirected, shape (nodes,).
 
-
-def cluster_labels(pairs: Ints, nodes: int) -> Ints:
-    """The lowest node that each node is linked to by undirected pairs, shape (nodes,).
-
-    For many small clusters: every round halves the way to the lowest node, in numpy.
+    Components are numbered by their lowest nodes. Every round takes the lowest label next to each
+    node and then that node's own label; for a few hundred nodes a sparse matrix costs more.
     """
     labels = np.arange(nodes)
-    if not len(pairs):
-        return labels
-    one, two = pairs.T
-    while True:
-        before = labels.copy()
-        least = np.minimum(labels[one], labels[two])
-        np.minimum.at(labels, one, least)
-        np.minimum.at(labels, two, least)
-        labels = labels[labels]
-        if (labels == before).all():
-            return labels
+    if len(pairs):
+        one, two = pairs[:, 0], pairs[:, 1]
+        while True:
+            before = labels.copy()
+            least = np.minimum(labels[one], labels[two])
+            np.minimum.at(labels, one, least)
+            np.minimum.at(labels, two, least)
+            labels = labels[labels]
+            if (labels == before).all():
+                break
+    return np.asarray(((labels == np.arange(nodes)).cumsum() - 1)[labels])

@@ -13,7 +13,7 @@ import numpy as np
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners._ragged import counts_of, owners_of, reduced
 
-INNER = -1
+UNNAMED = -1
 """Label of a facet that stands for no half-space."""
 
 
@@ -104,6 +104,9 @@ class Sides:
     number: Ints
     """Place of each part among the kept ones; their count for the others: sorted last, dropped."""
 
+    active: tuple[int, ...]
+    """The sides that are wanted at all."""
+
     @property
     def count(self) -> int:
         """How many parts are kept."""
@@ -126,10 +129,11 @@ def sides_of(cells: Cells, normals: Floats, offsets: Floats, tol: float, wanted:
     present = np.empty((len(cut), 2), dtype=np.bool_)
     present[:, 0], present[:, 1] = has_below, has_above
     present &= wanted
+    active = tuple(side for side in (0, 1) if wanted[:, side].any())
     kept = present.ravel().nonzero()[0]
     number = np.full(present.size, len(kept))
     number[kept] = np.arange(len(kept))
-    return Sides(heights, below, above, cut, kept, number)
+    return Sides(heights, below, above, cut, kept, number, active)
 
 
 def crossing_points(

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, Ints, frozen
-from hzmp_planners._links import cluster_labels
+from hzmp_planners._links import component_labels
 from hzmp_planners._ragged import counts_of, distinct, owners_of, runs_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.cells import Cells
@@ -114,10 +114,11 @@ class Complex:
             number = np.where(np.isfinite(distance), row, -1)
         fresh = (number < 0).nonzero()[0]
         pairs = cKDTree(points[fresh]).query_pairs(tol, output_type="ndarray")
-        labels = cluster_labels(pairs, len(fresh))
-        leads = labels == np.arange(len(fresh))
-        number[fresh] = known + (leads.cumsum() - 1)[labels]
-        vertices = np.concatenate([self.vertices, points[fresh[leads]]])
+        labels = component_labels(pairs, len(fresh))
+        number[fresh] = known + labels
+        first = np.zeros(int(labels.max(initial=-1)) + 1, dtype=np.int64)
+        first[labels[::-1]] = fresh[::-1]  # the first of each cluster is written last
+        vertices = np.concatenate([self.vertices, points[first]])
         leaf, code, vertex = cells.incidence()
         whole = from_incidence(frozen(vertices), leaf, code, number[vertex], len(cells))
         bounded = counts_of(whole.leaf_starts) > whole.n

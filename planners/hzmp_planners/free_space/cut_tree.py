@@ -67,3 +67,42 @@ class CutTree:
             node = np.concatenate([children[below, 0], children[above, 1]])
             point, node = point[node >= 0], node[node >= 0]
         return np.concatenate(rows), np.concatenate(found)
+
+
+class TreeBuilder:
+    """Trees in the making; the roots are the first nodes."""
+
+    def __init__(self, roots: int) -> None:
+        self._size = roots
+        self._cuts: list[tuple[Ints, Ints, Ints]] = []
+        self._ends: list[tuple[Ints, Ints]] = []
+
+    def cut(self, nodes: Ints, planes: Ints, parent: Ints, side: Ints) -> Ints:
+        """Cut the pieces of some nodes; the new nodes of the parts that there are.
+
+        Args:
+            nodes: shape (m,).
+            planes: of each cut, shape (m,).
+            parent: the row of `nodes` that each part is of, shape (k,).
+            side: 0 for the part below, 1 above, shape (k,).
+        """
+        fresh = self._size + np.arange(len(parent))
+        self._size += len(parent)
+        children = np.full((len(nodes), 2), -1)
+        children[parent, side] = fresh
+        self._cuts.append((nodes, planes, children))
+        return fresh
+
+    def end(self, nodes: Ints, pieces: Ints) -> None:
+        """Name the pieces of nodes that are not cut any further."""
+        self._ends.append((nodes, pieces))
+
+    def build(self) -> CutTree:
+        """The trees as they are now."""
+        planes, pieces = np.full(self._size, -1), np.full(self._size, -1)
+        children = np.full((self._size, 2), -1)
+        for nodes, plane, below_above in self._cuts:
+            planes[nodes], children[nodes] = plane, below_above
+        for nodes, piece in self._ends:
+            pieces[nodes] = piece
+        return CutTree(planes, children, pieces)

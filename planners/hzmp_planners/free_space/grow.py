@@ -11,7 +11,7 @@ from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._ragged import counts_of, distinct, runs_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.boxes import box_cell
-from hzmp_planners.free_space.cells import INNER, Cells, clip
+from hzmp_planners.free_space.cells import UNNAMED, Cells, clip
 from hzmp_planners.sets import Polytope
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def _free_reach(
 
 def _boxes(space: FreeSpace, count: int) -> Cells:
     """Copies of the workspace, without labels."""
-    walls = np.full(2 * space.n, INNER)
+    walls = np.full(2 * space.n, UNNAMED)
     return box_cell(*space.bounds, walls).take(np.zeros(count, dtype=np.int64))
 
 

@@ -82,6 +82,11 @@ class LeafGraph:
         second = spans(entries + 1, later)
         return frozen(np.column_stack([faces[first], faces[second], leaf[first]]))
 
+    def faces_at(self, leaf: int) -> Ints:
+        """Indices of the faces of one leaf."""
+        faces, starts = self._by_leaf
+        return faces[starts[leaf] : starts[leaf + 1]]
+
     @cached_property
     def faces_of(self) -> tuple[Ints, ...]:
         """Indices of the faces of each leaf."""

@@ -126,7 +126,8 @@ def _unite(whole: Complex, one: Ints, two: Ints, plane: Ints) -> tuple[Complex, 
     keys = united.facet_owner[facet] * len(whole.vertices) + united.rows
     ascending = np.sort(keys)
     meeting = np.searchsorted(ascending, keys, "right") - np.searchsorted(ascending, keys)
-    stays = (meeting >= whole.n) | ~np.isin(keys, on_plane)
+    place = np.minimum(np.searchsorted(on_plane, keys), len(on_plane) - 1)
+    stays = (meeting >= whole.n) | (on_plane[place] != keys)
     if not stays.all():
         facet = facet[stays]
         united = from_incidence(

@@ -7,7 +7,7 @@ import numpy as np
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners._ragged import counts_of, owners_of, spans, starts_of
 from hzmp_planners.free_space.boxes import box_cell
-from hzmp_planners.free_space.cells import INNER, Cells, clip, join_cells
+from hzmp_planners.free_space.cells import UNNAMED, Cells, clip, join_cells
 from hzmp_planners.free_space.complexes import Complex
 from hzmp_planners.free_space.planes import PlaneTable
 from hzmp_planners.free_space.polygons import Polygons
@@ -62,7 +62,7 @@ def cells_of(whole: Complex, table: PlaneTable, tol: float) -> Cells:
         return cells
     broken = (~closed).nonzero()[0]
     lo, hi = whole.vertices.min(axis=0) - 1.0, whole.vertices.max(axis=0) + 1.0
-    walls = np.full(2 * whole.n, INNER)
+    walls = np.full(2 * whole.n, UNNAMED)
     boxes = box_cell(lo, hi, walls).take(np.zeros(len(broken), dtype=np.int64))
     part = whole.take(broken)
     A, b = table.halfspaces(part.facets)

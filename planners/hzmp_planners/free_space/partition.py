@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, runs_of, spans, starts_of
-from hzmp_planners.free_space.cells import INNER, Cells, join_cells
-from hzmp_planners.free_space.cut_tree import CutTree
+from hzmp_planners._ragged import counts_of, spans
+from hzmp_planners.free_space.cells import UNNAMED, Cells, join_cells
+from hzmp_planners.free_space.cut_tree import CutTree, TreeBuilder
 from hzmp_planners.free_space.planes import PlaneTable
 
 _SPLIT_COST = 3.0  # of a block cut in two, in blocks by which the two sides differ
@@ -30,7 +30,10 @@ class Partition:
 
 @dataclass(frozen=True, eq=False)
 class _Layer:
-    """Cells of one depth, and after them in the same arrays what obstacles have of each."""
+    """Cells of one depth, and after them in the same arrays what obstacles have of each.
+
+    The facets of a block inside its cell have their codes, those on the cell's wall are UNNAMED.
+    """
 
     pieces: Cells
     count: int
@@ -48,8 +51,7 @@ def partition(
 
     All cells of one depth are cut at the same time, each along a facet of an obstacle inside it:
     the one that leaves the obstacles best balanced and cuts fewest in two (a binary space
-    partition, Fuchs, Kedem and Naylor 1980). A block all of whose facets lie on its cell's wall
-    fills the cell.
+    partition, Fuchs, Kedem and Naylor 1980). A block without a facet inside its cell fills it.
 
     Args:
         cells: m cells.
@@ -59,44 +61,34 @@ def partition(
         table: the planes.
         tol: nearer to a plane than this is on it [m].
     """
-    walls = _keys(cells.facet_owner, cells.facets >> 1, table)
-    on_wall = np.isin(_keys(home[blocks.facet_owner], blocks.facets >> 1, table), walls)
-    blocks = blocks.relabelled(np.where(on_wall, INNER, blocks.facets))
+    width = len(table.offsets)
+    walls = cells.facet_owner * width + (cells.facets >> 1)
+    on_wall = np.isin(home[blocks.facet_owner] * width + (blocks.facets >> 1), walls)
+    blocks = blocks.relabelled(np.where(on_wall, UNNAMED, blocks.facets))
     layer = _Layer(join_cells([cells, blocks]), len(cells), home, obstacle)
+    tree, nodes = TreeBuilder(len(cells)), np.arange(len(cells))
     layers: list[Cells] = []
-    planes: list[Ints] = []
-    children: list[Ints] = []
-    ends: list[tuple[Ints, Ints, Ints]] = []
-    nodes = total = 0
+    ended: list[tuple[Ints, Ints, Ints]] = []
+    total = 0
     while True:
         layers.append(layer.pieces)
         blocker, going = _states(layer)
         over = (~going).nonzero()[0]
-        ends.append((over + total, over + nodes, blocker[over]))
-        total += len(layer.pieces)
-        nodes += layer.count
+        ended.append((over + total, nodes[over], blocker[over]))
         if not going.any():
-            planes.append(np.full(layer.count, -1))
-            children.append(np.full((layer.count, 2), -1))
             break
-        planes.append(_choose(layer, going, table, tol))
-        layer, number = _cut(layer, going, planes[-1], table, tol)
-        children.append(np.where(number >= 0, number + nodes, -1))
-    rows, at, blocker = (np.concatenate(lists) for lists in zip(*ends, strict=True))
+        total += len(layer.pieces)
+        plane = _choose(layer, going, table, tol)
+        layer, parent, side = _cut(layer, going, plane, table, tol)
+        cut = going.nonzero()[0]
+        nodes = tree.cut(nodes[cut], plane[cut], (going.cumsum() - 1)[parent], side)
+    rows, nodes, blocker = (np.concatenate(lists) for lists in zip(*ended, strict=True))
     free = blocker < 0
-    pieces = np.full(nodes, -1)
-    pieces[at] = np.where(free, free.cumsum() - 1, -1 - (~free).cumsum())
-    everything = join_cells(layers)
+    tree.end(nodes, np.where(free, free.cumsum() - 1, -1 - (~free).cumsum()))
+    pieces = join_cells(layers)
     return Partition(
-        everything.take(rows[free]),
-        everything.take(rows[~free]),
-        blocker[~free],
-        CutTree(np.concatenate(planes), np.concatenate(children), pieces),
+        pieces.take(rows[free]), pieces.take(rows[~free]), blocker[~free], tree.build()
     )
-
-
-def _keys(owner: Ints, plane: Ints, table: PlaneTable) -> Ints:
-    return owner * (len(table.offsets) + 1) + plane
 
 
 def _states(layer: _Layer) -> tuple[Ints, Bools]:
@@ -104,7 +96,7 @@ def _states(layer: _Layer) -> tuple[Ints, Bools]:
     blocker = np.full(layer.count, -1)
     going = np.zeros(layer.count, dtype=np.bool_)
     if len(layer.home):
-        inner = layer.pieces.facets != INNER
+        inner = layer.pieces.facets != UNNAMED
         open_ = np.logical_or.reduceat(inner, layer.pieces.facet_starts[layer.count : -1])
         filling = (~open_).nonzero()[0]
         blocker[layer.home[filling]] = layer.obstacle[filling]
@@ -118,18 +110,16 @@ def _choose(layer: _Layer, going: Bools, table: PlaneTable, tol: float) -> Ints:
     pieces, count = layer.pieces, layer.count
     begin = pieces.facet_starts[count]
     home = layer.home[pieces.facet_owner[begin:] - count]
-    candidate = ((pieces.facets[begin:] != INNER) & going[home]).nonzero()[0]
-    candidate = candidate[home[candidate].argsort(kind="stable")]
+    candidate = ((pieces.facets[begin:] != UNNAMED) & going[home]).nonzero()[0]
     home = home[candidate]
-    first = runs_of(home)
-    sizes = counts_of(np.append(first, len(home)))
+    sizes = np.bincount(home, minlength=count)
     if sizes.max() > _CANDIDATES:
         # Of many candidates every k-th is tried.
-        place = np.arange(len(home)) - first.repeat(sizes)
-        tried = place % (-(-sizes // _CANDIDATES)).repeat(sizes) == 0
+        order = home.argsort(kind="stable")
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order)) - (sizes.cumsum() - sizes)[home[order]]
+        tried = place % (-(-sizes // _CANDIDATES))[home] == 0
         candidate, home = candidate[tried], home[tried]
-        first = runs_of(home)
-        sizes = counts_of(np.append(first, len(home)))
     plane = pieces.facets[begin + candidate] >> 1
     chosen = np.full(count, -1)
     chosen[home[::-1]] = plane[::-1]  # the first candidate of each cell is written last
@@ -138,9 +128,9 @@ def _choose(layer: _Layer, going: Bools, table: PlaneTable, tol: float) -> Ints:
     if len(contested):
         home, plane = home[contested], plane[contested]
         score = _scores(layer, held, home, plane, table, tol)
-        first = runs_of(home)
-        best = np.minimum.reduceat(score, first)
-        hits = (score == best.repeat(counts_of(np.append(first, len(home))))).nonzero()[0][::-1]
+        best = np.full(count, np.inf)
+        np.minimum.at(best, home, score)
+        hits = (score == best[home]).nonzero()[0][::-1]
         chosen[home[hits]] = plane[hits]
     return chosen
 
@@ -152,25 +142,25 @@ def _scores(
     starts, count = layer.pieces.vertex_starts, layer.count
     by_cell = layer.home.argsort(kind="stable")
     members = held[home]
-    rival = count + by_cell[spans(starts_of(held)[home], members)]
+    rival = count + by_cell[spans((held.cumsum() - held)[home], members)]
     widths = counts_of(starts)[rival]
     points = layer.pieces.vertices.take(spans(starts[rival], widths), axis=0)
     against = plane.repeat(members).repeat(widths)
     heights = np.einsum("ij,ij->i", points, table.normals.take(against, axis=0))
     heights -= table.offsets.take(against)
-    first = starts_of(widths)[:-1]
+    first = widths.cumsum() - widths
     below = np.minimum.reduceat(heights, first) < -tol
     above = np.maximum.reduceat(heights, first) > tol
-    groups = starts_of(members)[:-1]
+    groups = members.cumsum() - members
     lean = np.add.reduceat(below.astype(np.int64) - above, groups)
     cuts = np.add.reduceat(below & above, groups, dtype=np.int64)
-    return _SPLIT_COST * cuts + np.abs(lean)
+    return np.asarray(_SPLIT_COST * cuts + np.abs(lean))
 
 
 def _cut(
     layer: _Layer, going: Bools, plane: Ints, table: PlaneTable, tol: float
-) -> tuple[_Layer, Ints]:
-    """The next layer, and the numbers there of the two halves of each cell, -1 for none."""
+) -> tuple[_Layer, Ints, Ints]:
+    """The next layer, and for each of its cells the one that it is a part of and the side."""
     count = layer.count
     of = np.concatenate([np.arange(count), layer.home])
     cutting = plane[of]
@@ -178,8 +168,8 @@ def _cut(
     facets = layer.pieces.facets.copy()
     begin = layer.pieces.facet_starts[count]
     ahead = cutting[layer.pieces.facet_owner[begin:]]
-    facets[begin:][facets[begin:] >> 1 == ahead] = INNER
-    labels = np.full((len(of), 2), INNER)
+    facets[begin:][facets[begin:] >> 1 == ahead] = UNNAMED
+    labels = np.full((len(of), 2), UNNAMED)
     labels[:count, 0], labels[:count, 1] = 2 * plane + 1, 2 * plane
     wanted = np.empty(labels.shape, dtype=np.bool_)
     wanted[:, 0] = wanted[:, 1] = going[of]
@@ -196,4 +186,4 @@ def _cut(
         kept = (~lost).nonzero()[0]
         pieces = pieces.take(np.concatenate([np.arange(fresh), fresh + kept]))
         home, obstacle = home[kept], obstacle[kept]
-    return _Layer(pieces, fresh, home, obstacle), number
+    return _Layer(pieces, fresh, home, obstacle), parent[:fresh], side[:fresh]

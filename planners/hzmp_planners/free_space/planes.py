@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, Ints, frozen
-from hzmp_planners._links import cluster_labels
+from hzmp_planners._links import component_labels
 from hzmp_planners.constants import NORMAL_TOL, PLANE_TOL
 
 _TOL = max(NORMAL_TOL, 10.0 * PLANE_TOL)
@@ -103,7 +103,7 @@ def _clustered(keys: Floats) -> tuple[Ints, Ints]:
     pairs = cKDTree(both).query_pairs(_TOL, output_type="ndarray")
     if not len(pairs):
         return np.arange(count), np.ones(count, dtype=np.int64)
-    labels = cluster_labels(pairs, 2 * count)
+    labels = component_labels(pairs, 2 * count)
     one, two = labels[:count], labels[count:]
     # A plane is its lower label; the first half-space on it decides which side is which.
     lower = np.minimum(one, two)

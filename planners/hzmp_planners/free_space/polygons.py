@@ -77,8 +77,9 @@ class Polygons(Cells):
         points = np.empty((2 * size, self.vertices.shape[1]))
         points[::2], points[2 * crossing + 1] = self.vertices, fresh
         kept = np.zeros((2, 2 * size), dtype=np.bool_)
-        kept[0, ::2], kept[1, ::2] = ~above, ~below
-        kept[:, 2 * crossing + 1] = True
+        for side in sides.active:
+            kept[side, ::2] = ~(below if side else above)
+            kept[side, 2 * crossing + 1] = True
         # Where the boundary leaves its half of the plane, the new side follows.
         leaves = np.empty((2, 2 * size), dtype=np.bool_)
         leaves[0, ::2], leaves[1, ::2] = above_next & ~below, below_next & ~above

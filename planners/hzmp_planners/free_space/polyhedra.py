@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -89,16 +90,17 @@ class Polyhedra(Cells):
         vertices, vertex_starts, halves = self._cut_edges(sides)
         facets, facet_starts, moved, caps = self._cut_facets(sides, halves, labels)
         crossed, one, two = _bridges(
-            np.concatenate([2 * half.exit_facets + side for side, half in enumerate(halves)]),
+            np.concatenate([2 * half.exit_facets + half.side for half in halves]),
             np.concatenate([half.exits for half in halves]),
             vertices,
         )
-        part = 2 * self.facet_owner.take(crossed >> 1) + (crossed & 1)
-        names = np.stack([moved[crossed & 1, crossed >> 1], caps.take(part)])
+        facet, side = crossed >> 1, crossed & 1
+        part = 2 * self.facet_owner.take(facet) + side
+        names = np.stack([moved[side, facet], caps.take(part)])
         owner = np.concatenate([*(half.parts for half in halves), sides.number.take(part)])
         _, order, edge_starts = _sorted_places(owner, sides.count)
         edges = np.concatenate([*(half.ends for half in halves), np.stack([one, two])], axis=1)
-        kept = [moved[side].take(half.edge_facets) for side, half in enumerate(halves)]
+        kept = [moved[half.side].take(half.facets) for half in halves]
         parts = Polyhedra(
             vertices,
             vertex_starts,
@@ -111,50 +113,45 @@ class Polyhedra(Cells):
         return parts, sides.kept >> 1, sides.kept & 1
 
     def _cut_edges(self, sides: Sides) -> tuple[Floats, Ints, list[_Half]]:
-        """The vertices of all parts, where each part's begin, and its edges on the two sides."""
-        owner, below, above = self.vertex_owner, sides.below, sides.above
-        tail, head = self.edges
-        tail_below, tail_above = below.take(tail), above.take(tail)
-        head_below, head_above = below.take(head), above.take(head)
-        upward, downward = tail_below & head_above, tail_above & head_below
+        """The vertices of all parts, where each part's begin, and its edges on each side."""
+        owner, edge_owner, (tail, head) = self.vertex_owner, self.edge_owner, self.edges
+        within = sides.below, sides.above
+        tails = [inside.take(tail) for inside in within]
+        heads = [inside.take(head) for inside in within]
+        upward, downward = tails[0] & heads[1], tails[1] & heads[0]
         crossing = (upward | downward).nonzero()[0]
         fresh = crossing_points(
             self.vertices, sides.heights, tail.take(crossing), head.take(crossing),
             upward.take(crossing),
         )  # fmt: skip
-        lower, upper = (~above).nonzero()[0], (~below).nonzero()[0]
-        edge_part = 2 * self.edge_owner
-        cut_part = edge_part.take(crossing)
-        parts = [2 * owner.take(lower), 2 * owner.take(upper) + 1, cut_part, cut_part + 1]
-        place, order, starts = _sorted_places(sides.number.take(np.concatenate(parts)), sides.count)
-        vertices = np.concatenate(
-            [self.vertices.take(lower, axis=0), self.vertices.take(upper, axis=0), fresh, fresh]
-        ).take(order, axis=0)
+        kept = [(~within[1 - side]).nonzero()[0] for side in sides.active]
+        parts = [2 * owner.take(rows) + side for rows, side in zip(kept, sides.active, strict=True)]
+        parts += [2 * edge_owner.take(crossing) + side for side in sides.active]
+        places, order, starts = _placed(parts, sides)
+        points = [self.vertices.take(rows, axis=0) for rows in kept]
+        vertices = np.concatenate([*points, *[fresh] * len(kept)]).take(order, axis=0)
         halves = []
-        places = np.split(place, np.cumsum([len(part) for part in parts[:-1]]))
-        for side, kept, tail_in, head_in, tail_out, head_out in (
-            (0, lower, tail_below, head_below, tail_above, head_above),
-            (1, upper, tail_above, head_above, tail_below, head_below),
-        ):
+        for k, side in enumerate(sides.active):
             moved = np.zeros(len(owner), dtype=np.int64)
-            moved[kept] = places[side]
+            moved[kept[k]] = places[k]
             cut_point = np.zeros(len(tail), dtype=np.int64)
-            cut_point[crossing] = places[2 + side]
-            part = sides.number.take(edge_part + side)
-            edge = ((tail_in | head_in) & (part < sides.count)).nonzero()[0]
+            cut_point[crossing] = places[len(kept) + k]
+            part = sides.number.take(2 * edge_owner + side)
+            edge = ((tails[side] | heads[side]) & (part < sides.count)).nonzero()[0]
             point = cut_point.take(edge)
             ends = np.stack(
                 [
-                    np.where(out.take(edge), point, moved.take(end.take(edge)))
-                    for end, out in ((tail, tail_out), (head, head_out))
+                    np.where(outside.take(edge), point, moved.take(end.take(edge)))
+                    for end, outside in ((tail, tails[1 - side]), (head, heads[1 - side]))
                 ]
             )
-            starts_inside = tail_in.take(edge)
-            leaving = (starts_inside != head_in.take(edge)).nonzero()[0]
+            starts_inside = tails[side].take(edge)
+            leaving = (starts_inside != heads[side].take(edge)).nonzero()[0]
             exits = np.where(starts_inside, ends[1], ends[0]).take(leaving)
             facets = self.edge_facets.take(edge, axis=1)
             halves.append(
                 _Half(
+                    side,
                     part.take(edge),
                     ends,
                     facets,
@@ -173,42 +170,51 @@ class Polyhedra(Cells):
             Labels, where each part's begin, the new number of each old facet on each side (2, nf),
             and that of the new facet of each part (2 m,).
         """
-        held = np.zeros((2, len(self.facets)), dtype=np.bool_)
-        for side, half in enumerate(halves):
-            held[side][half.edge_facets] = True
-        lower, upper = held[0].nonzero()[0], held[1].nonzero()[0]
         cut = sides.cut.nonzero()[0]
-        parts = [
-            2 * self.facet_owner.take(lower),
-            2 * self.facet_owner.take(upper) + 1,
-            2 * cut,
-            2 * cut + 1,
-        ]
-        place, order, starts = _sorted_places(sides.number.take(np.concatenate(parts)), sides.count)
-        facets = np.concatenate(
-            [self.facets.take(lower), self.facets.take(upper), labels[cut].T.ravel()]
-        ).take(order)
-        places = np.split(place, np.cumsum([len(part) for part in parts[:-1]]))
-        moved = np.zeros(held.shape, dtype=np.int64)
-        moved[0, lower], moved[1, upper] = places[0], places[1]
+        kept = []
+        for half in halves:
+            held = np.zeros(len(self.facets), dtype=np.bool_)
+            held[half.facets] = True
+            kept.append(held.nonzero()[0])
+        each = list(zip(kept, sides.active, strict=True))
+        parts = [2 * self.facet_owner.take(rows) + side for rows, side in each]
+        parts += [2 * cut + side for side in sides.active]
+        places, order, starts = _placed(parts, sides)
+        names = [self.facets.take(rows) for rows in kept]
+        names += [labels[cut, side] for side in sides.active]
+        moved = np.zeros((2, len(self.facets)), dtype=np.int64)
         caps = np.zeros(2 * len(self), dtype=np.int64)
-        caps[parts[2]], caps[parts[3]] = places[2], places[3]
-        return facets, starts, moved, caps
+        for k, (rows, side) in enumerate(each):
+            moved[side, rows] = places[k]
+            caps[2 * cut + side] = places[len(kept) + k]
+        return np.concatenate(names).take(order), starts, moved, caps
 
 
 class _Half(NamedTuple):
     """The edges that cells keep on one side of their planes."""
 
+    side: int
     parts: Ints
     """The part that each edge belongs to."""
     ends: Ints
     """Its vertices, shape (2, k)."""
-    edge_facets: Ints
+    facets: Ints
     """Its facets, still in the old numbers, shape (2, k)."""
     exit_facets: Ints
     """Facets of edges that leave the half-space, in the old numbers, shape (e,)."""
     exits: Ints
     """The vertices where they do, shape (e,)."""
+
+
+def _placed(parts: list[Ints], sides: Sides) -> tuple[list[Ints], Ints, Ints]:
+    """Sort lists of things of parts by part, end to end.
+
+    Returns:
+        The new places of each list's entries, the order of those kept, and where each part's begin.
+    """
+    place, order, starts = _sorted_places(sides.number.take(np.concatenate(parts)), sides.count)
+    ends = starts_of(np.array([len(part) for part in parts])).tolist()
+    return [place[start:stop] for start, stop in pairwise(ends)], order, starts
 
 
 def _sorted_places(owner: Ints, count: int) -> tuple[Ints, Ints, Ints]:

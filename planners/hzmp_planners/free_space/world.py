@@ -90,10 +90,8 @@ class World:
 def build_world(lo: Floats, hi: Floats, obstacles: Sequence[Polytope], scale: float) -> World:
     """Decompose a box minus obstacles that all have an interior."""
     n, eye = lo.size, np.eye(lo.size)
-    table, walls = PlaneTable.empty(n, scale).extended(
-        np.concatenate([eye, -eye]), np.concatenate([hi, -lo])
-    )
-    table, blocks = _blocks(table, obstacles)
+    workspace = (np.concatenate([eye, -eye]), np.concatenate([hi, -lo]))
+    table, walls, blocks = _blocks(PlaneTable.empty(n, scale), obstacles, *workspace)
     box = box_cell(lo, hi, walls)
     tol = PLANE_TOL * scale
     cell, block = blocks.near(lo[None], hi[None], tol)
@@ -112,7 +110,7 @@ def add_obstacles(world: World, obstacles: Sequence[Polytope]) -> tuple[World, I
         fresh leaves follow the kept ones.
     """
     tol = world.tol
-    table, blocks = _blocks(world.table, obstacles)
+    table, _, blocks = _blocks(world.table, obstacles, np.zeros((0, world.leaves.n)), np.zeros(0))
     cell, block = blocks.near(*world.leaves.bounds, tol)
     candidates = distinct(cell)
     rank = np.searchsorted(candidates, cell)
@@ -190,16 +188,18 @@ def reorder_obstacles(world: World, order: Ints) -> World:
     return replace(world, blocks=world.blocks.take(order), blockers=place[world.blockers])
 
 
-def _blocks(table: PlaneTable, obstacles: Sequence[Polytope]) -> tuple[PlaneTable, Blocks]:
-    """Obstacles in terms of a table that has their planes too."""
-    n = table.normals.shape[1]
-    A = np.concatenate([np.zeros((0, n)), *(block.A for block in obstacles)])
-    b = np.concatenate([np.zeros(0), *(block.b for block in obstacles)])
-    table, codes = table.extended(A, b)
+def _blocks(
+    table: PlaneTable, obstacles: Sequence[Polytope], A: Floats, b: Floats
+) -> tuple[PlaneTable, Ints, Blocks]:
+    """Half-spaces A x <= b, then obstacles, in terms of a table that has their planes too."""
+    normals = np.concatenate([A, *(block.A for block in obstacles)])
+    offsets = np.concatenate([b, *(block.b for block in obstacles)])
+    table, codes = table.extended(normals, offsets)
     hulls = [block.interval_hull() for block in obstacles]
-    bounds = np.array(hulls).reshape(-1, 2, n)
+    bounds = np.array(hulls).reshape(-1, 2, A.shape[1])
     starts = starts_of(np.array([len(block.b) for block in obstacles], dtype=np.int64))
-    return table, Blocks(codes, starts, bounds[:, 0], bounds[:, 1])
+    blocks = Blocks(codes[len(b) :], starts, bounds[:, 0], bounds[:, 1])
+    return table, codes[: len(b)], blocks
 
 
 def _common(

@@ -66,12 +66,13 @@ def _separating_bound(plan: Plan) -> float:
     shut = bound >= plan.lower_bound - 1e-9 * space.scale
     reached = set(space.leaves_at(plan.start).tolist())
     goals = set(space.leaves_at(plan.goal).tolist())
+    ends = graph.ends.tolist()
     frontier = list(reached)
     while frontier:
         leaf = frontier.pop()
-        for face in graph.faces_of[leaf].tolist():
+        for face in graph.faces_at(leaf).tolist():
             if not shut[face]:
-                for other in graph.faces[face].leaves:
+                for other in ends[face]:
                     if other not in reached:
                         reached.add(other)
                         frontier.append(other)
@@ -101,14 +102,15 @@ def _first_graph_is_complete(plan: Plan, first: Certificate) -> bool:
     # Crossings (face, leaf entered); the start enters and the goal is entered from its leaves.
     nodes: list[tuple[int, int]] = [(-1, -1), (-1, -1)]
     number: dict[tuple[int, int], int] = {}
-    for face, ends in enumerate(graph.ends.tolist()):
-        for leaf in ends:
+    ends = graph.ends.tolist()
+    for face, sides in enumerate(ends):
+        for leaf in sides:
             number[face, leaf] = len(nodes)
             nodes.append((face, leaf))
     pairs: list[tuple[int, int]] = []
     for leaf, faces in enumerate(graph.faces_of):
         doors = faces.tolist()
-        exits = [(f, number[f, sum(graph.faces[f].leaves) - leaf]) for f in doors]
+        exits = [(f, number[f, sum(ends[f]) - leaf]) for f in doors]
         entries = [(f, number[f, leaf]) for f in doors]
         pairs += [(i, j) for f, i in entries for h, j in exits if f != h]
         pairs += [(SOURCE, j) for _, j in exits if leaf in starts]

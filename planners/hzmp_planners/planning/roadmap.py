@@ -99,7 +99,7 @@ def _roadmap(
     tails = [np.broadcast_to(one, shape).ravel()]
     heads = [np.broadcast_to(two, shape).ravel()]
     for terminal, leaves in ((START, query.start_leaves), (GOAL, query.goal_leaves)):
-        touching = np.unique(np.concatenate([graph.faces_of[leaf] for leaf in leaves.tolist()]))
+        touching = np.unique(np.concatenate([graph.faces_at(leaf) for leaf in leaves.tolist()]))
         touching = touching[active[touching]]
         reached = (2 + touching[:, None] * per_face + slots).ravel()
         tails.append(np.full(len(reached), terminal))
@@ -126,7 +126,7 @@ def leaf_route(graph: LeafGraph, query: Query, faces: list[int]) -> tuple[FaceSe
     Returns:
         Face sequence (K-1 faces) and the leaf of each of the K segments, shape (K,).
     """
-    ends = [set(graph.faces[face].leaves) for face in faces]
+    ends = [set(pair) for pair in graph.ends[faces].tolist()]
     links = [set(query.start_leaves.tolist()), *ends, set(query.goal_leaves.tolist())]
     leaves = [min(one & two) for one, two in pairwise(links)]
     crossed: list[int] = []

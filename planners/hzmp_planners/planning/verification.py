@@ -78,17 +78,17 @@ def verify(plan: Plan) -> Verification:
 def _path_residuals(plan: Plan) -> dict[str, float]:
     """Endpoints, length and leaves of the path; inf where a segment has no leaf."""
     points, leaves, space = plan.waypoints, plan.leaves.tolist(), plan.space
-    if not leaves or len(points) != len(leaves) + 1 or max(leaves) >= len(space.leaves):
+    if not leaves or len(points) != len(leaves) + 1 or max(leaves) >= len(space):
         return {"path_outside_leaves": math.inf}
     outside = [
-        space.leaves[leaf].A @ points[[k, k + 1]].T - space.leaves[leaf].b[:, None]
+        space.leaf(leaf).A @ points[[k, k + 1]].T - space.leaf(leaf).b[:, None]
         for k, leaf in enumerate(leaves)
     ]
     return {
         "endpoints": float(np.abs(points[[0, -1]] - [plan.start, plan.goal]).max()),
         "length": abs(math.fsum(math.dist(a, b) for a, b in pairwise(points)) - plan.cost),
         "path_outside_leaves": float(np.concatenate(outside).max()),
-        "leaf_inside_obstacle": max(_overlap(space.leaves[leaf], space) for leaf in set(leaves)),
+        "leaf_inside_obstacle": max(_overlap(space.leaf(leaf), space) for leaf in set(leaves)),
     }
 
 
