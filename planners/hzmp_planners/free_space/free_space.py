@@ -80,11 +80,10 @@ class FreeSpace:
     ) -> FreeSpace:
         """The free space when obstacles come, move or go; this one stays as it is.
 
-        Only the leaves that such obstacles touch are cut anew; the others, their shared faces and
-        the list of vertices (of which some may no longer be used) are taken over. Called again and
-        again on the space of the static obstacles, with where the moving ones are now, it does not
-        wear that space out. With numbers, the space without those obstacles is built once and kept
-        for the next call that moves the same ones.
+        Only the leaves that such obstacles touch are cut anew; the others and their shared faces
+        are taken over. Called again and again on the space of the static obstacles, with where the
+        moving ones are now, it does not wear that space out. With numbers, the space without those
+        obstacles is built once and kept for the next call that moves the same ones.
 
         Args:
             moved: obstacles in addition to those of this space; or the new shape of some of its
@@ -161,6 +160,11 @@ class FreeSpace:
         vars(space)["graph"] = graph
         return space
 
+    @cached_property
+    def _compact(self) -> Complex:
+        """The leaves on the vertices they have: an update leaves some behind that none has."""
+        return self._complex.compact()
+
     def _with_more(self, more: tuple[Polytope, ...]) -> FreeSpace:
         if not more:
             return self
@@ -198,13 +202,13 @@ class FreeSpace:
 
     @property
     def vertices(self) -> Floats:
-        """Vertices of all leaves, shape (nv, n) [m]."""
-        return self._complex.vertices
+        """Distinct vertices of all leaves, shape (nv, n) [m]."""
+        return self._compact.vertices
 
     @cached_property
     def incidence(self) -> csc_array[np.bool_]:
         """Sparse bool (nv, N): column i marks the vertices of leaf i."""
-        rows, starts = self._complex.members
+        rows, starts = self._compact.members
         shape = (len(self.vertices), len(self))
         data = frozen(np.ones(rows.size, dtype=np.bool_))
         return csc_array((data, frozen(rows), frozen(starts)), shape=shape)
@@ -222,7 +226,7 @@ class FreeSpace:
             known = Polytope.from_both_forms(
                 A[facets[index] : facets[index + 1]],
                 b[facets[index] : facets[index + 1]],
-                self.vertices[rows[starts[index] : starts[index + 1]]],
+                self._complex.vertices[rows[starts[index] : starts[index + 1]]],
             )
             self._leaves[index] = known
         return known
