@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners._ragged import counts_of, owners_of, reduced, spans, starts_of
@@ -195,10 +194,10 @@ def _clip_segments(
 
 def _fewer(owner: Ints, leaf: Ints, count: int) -> Ints:
     """Of the doors on i's boundary and those on j's, the rows of the side that has fewer."""
-    shape = (count, count)
-    pieces = csr_array((np.ones(len(owner)), (owner, leaf)), shape=shape)
-    mine = np.asarray(pieces[owner, leaf]).ravel()
-    theirs = np.asarray(pieces[leaf, owner]).ravel()
-    theirs = np.where(theirs > 0, theirs, np.inf)
-    kept = (mine < theirs) | ((mine == theirs) & (owner < leaf))
+    ordered = np.sort(owner * count + leaf)
+    mine, theirs = (
+        np.searchsorted(ordered, keys, "right") - np.searchsorted(ordered, keys)
+        for keys in (owner * count + leaf, leaf * count + owner)
+    )
+    kept = (theirs == 0) | (mine < theirs) | ((mine == theirs) & (owner < leaf))
     return np.asarray(kept.nonzero()[0])

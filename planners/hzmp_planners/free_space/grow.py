@@ -100,7 +100,10 @@ def _free_reach(
     k: int,
     tol: float,
 ) -> Floats:
-    """How far facet k of each polytope can move out before the others' part meets an obstacle."""
+    """How far facet k of each polytope can move out before it meets an obstacle [m]; inf: for good.
+
+    A facet that nothing stops is given up: the others that grow after it count on that.
+    """
     counts = counts_of(starts)[grown]
     rows = spans(starts[grown], counts)
     turned = np.where(rows == (starts[grown] + k).repeat(counts), -1.0, 1.0)
@@ -109,14 +112,8 @@ def _free_reach(
         starts_of(counts), tol,
     )  # fmt: skip
     facet = starts[grown] + k
-    reach = b[facet].copy()
-    if not len(origin):
-        return reach
+    reach = np.full(len(grown), np.inf)
     outward = A[facet[origin]]
-    reach[origin] = np.maximum.reduceat(
-        np.einsum("ij,ij->i", beyond.vertices, outward[beyond.vertex_owner]),
-        beyond.vertex_starts[:-1],
-    )
     lows, highs = beyond.bounds
     meets = np.asarray(np.all(lows[:, None] < obstacles.highs - tol, axis=2))
     meets &= np.all(highs[:, None] > obstacles.lows + tol, axis=2)
