@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints, frozen
-from hzmp_planners._ragged import counts_of, distinct, reduced, spans, starts_of
+from hzmp_planners._ragged import counts_of, distinct, reduced, runs_of, spans, starts_of
 from hzmp_planners.constants import FACE_TOL
 from hzmp_planners.free_space.cells import clip
 from hzmp_planners.free_space.complexes import Complex
@@ -68,44 +68,48 @@ def _candidates(
 ) -> tuple[Ints, Ints]:
     """Facets below and above one plane whose bounds overlap in its chart by more than `tol`.
 
-    Sweep along the first axis: of two intervals that overlap, the one that starts later starts
-    inside the other.
+    Of two intervals that overlap, the one that starts later starts inside the other.
     """
     if not len(polygons):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    first = polygons.vertex_starts[:-1]
-    low = np.minimum.reduceat(polygons.vertices, first)
-    high = np.maximum.reduceat(polygons.vertices, first)
-    extent = high - low
-    # The axis along which facets of this plane are shortest in all separates them best.
-    total = np.zeros((int(plane.max()) + 1, low.shape[1]))
-    spread = [np.full_like(total, np.inf), np.full_like(total, -np.inf)]
-    np.add.at(total, plane, extent)
-    np.minimum.at(spread[0], plane, low)
-    np.maximum.at(spread[1], plane, high)
-    width = spread[1] - spread[0]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        crowding = np.where(width > tol, total / width, np.inf)
-    axis = crowding.argmin(axis=1)[plane]
-    rows = np.arange(len(plane))
-    base = spread[0][plane, axis]
-    unit = np.maximum(width[plane, axis], tol)
-    # One sorted line for all planes: plane p has [3 p, 3 p + 1].
-    start = 3.0 * plane + (low[rows, axis] - base) / unit
-    stop = 3.0 * plane + (high[rows, axis] - base) / unit
-    sides = [is_below.nonzero()[0], (~is_below).nonzero()[0]]
-    sides = [side[start[side].argsort(kind="stable")] for side in sides]
-    low_rows, high_rows = sides
-    first_below, later_above = _starting_inside(start, stop, low_rows, high_rows, "left")
-    first_above, later_below = _starting_inside(start, stop, high_rows, low_rows, "right")
+    low, high = polygons.bounds
+    start, stop = _intervals(low, high, plane, tol)
+    lower, upper = (
+        side[start[side].argsort()] for side in (is_below.nonzero()[0], (~is_below).nonzero()[0])
+    )
+    first_below, later_above = _starting_inside(start, stop, lower, upper, "left")
+    first_above, later_below = _starting_inside(start, stop, upper, lower, "right")
     below = np.concatenate([first_below, later_below])
     above = np.concatenate([later_above, first_above])
     overlap = np.minimum(high[below], high[above]) - np.maximum(low[below], low[above])
     overlap[np.arange(len(below)), dropped[below]] = np.inf
     kept = np.all(overlap > tol, axis=1)
     below, above = below[kept], above[kept]
-    order = np.lexsort((above, below, plane[below]))
+    order = ((plane[below] * len(plane)) + below).argsort(kind="stable")
     return below[order], above[order]
+
+
+def _intervals(low: Floats, high: Floats, plane: Ints, tol: float) -> tuple[Floats, Floats]:
+    """The facets of all planes on one line: where each starts and stops.
+
+    Those of plane p lie in [3 p, 3 p + 1], along the axis of the world on which they are shortest
+    for their spread: it separates them best.
+    """
+    order = plane.argsort(kind="stable")
+    first = runs_of(plane[order])
+    group = np.empty_like(plane)
+    group[order] = np.arange(len(first)).repeat(counts_of(np.append(first, len(plane))))
+    base = np.minimum.reduceat(low[order], first)
+    width = np.maximum.reduceat(high[order], first) - base
+    total = np.add.reduceat((high - low)[order], first)
+    crowding = np.where(width > tol, total / np.maximum(width, tol), np.inf)
+    axis = crowding.argmin(axis=1)[group]
+    rows = np.arange(len(plane))
+    shift, unit = base[group, axis], np.maximum(width[group, axis], tol)
+    return (
+        3.0 * group + (low[rows, axis] - shift) / unit,
+        3.0 * group + (high[rows, axis] - shift) / unit,
+    )
 
 
 def _starting_inside(
