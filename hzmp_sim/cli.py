@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Annotated
 import cyclopts
 from cyclopts import App, Parameter
 
-from hzmp_planners.errors import HzmpError
+from hzmp_planners.errors import HzmpError, QueryError
 from hzmp_planners.planning import PlanStatus
 from hzmp_sim import __version__
+from hzmp_sim.bench.commands import bench
 from hzmp_sim.settings import RunSettings
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ app = App(
     suppress_keyboard_interrupt=False,  # `main` says what became of the run
     help="Plan with proofs through a MuJoCo world, fly the plan, and record the run.",
 )
+
+app.command(bench)
 
 Coordinates = Annotated[tuple[float, ...] | None, Parameter(consume_multiple=True, negative=())]
 Switch = Annotated[bool, Parameter(negative=())]
@@ -148,6 +151,9 @@ def inspect(
     /,
     *,
     world: World = _DEFAULT_WORLD,
+    picture: Path | None = None,
+    explode: float = 0.0,
+    rrd: Path | None = None,
     as_json: Annotated[Switch, Parameter(name="--json")] = False,
 ) -> int:
     """Show how a world is read: geoms, obstacles, leaves, faces, warnings.
@@ -155,15 +161,32 @@ def inspect(
     Args:
         scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
         world: body, start, goal.
+        picture: write a picture of the leaves to this file (.png, .svg, .pdf).
+        explode: how far the leaves of the picture are apart; 0.2 shows what is between them.
+        rrd: write a rerun recording to this file; its timeline moves the leaves apart.
         as_json: print one JSON object.
     """
     from hzmp_sim.console import print_scene, scene_as_dict
+    from hzmp_sim.progress import busy
 
+    if explode and picture is None:
+        raise QueryError("--explode is for the picture: name one with --picture FILE.png")
     loaded = world.load(scene)
+    space = loaded.free_space()
+    if picture is not None:
+        from hzmp_sim.output.leaf_figure import write_leaf_picture
+
+        with busy("Drawing"):
+            write_leaf_picture(loaded, space, picture, explode)
+    if rrd is not None:
+        from hzmp_sim.output.recorded_space import write_space
+
+        with busy("Writing the recording"):
+            write_space(loaded, space, rrd)
     if as_json:
-        print(json.dumps(scene_as_dict(loaded), indent=2, allow_nan=False))
+        print(json.dumps(scene_as_dict(loaded, space), indent=2, allow_nan=False))
     else:
-        print_scene(loaded)
+        print_scene(loaded, space, {"picture": picture, "recording": rrd})
     return 0
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
+from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan, PlanStatus, Verification
 from hzmp_sim.run import Run
 from hzmp_sim.scene import Scene
@@ -100,9 +102,8 @@ def plan_as_dict(plan: Plan, report: Verification) -> dict[str, Any]:
     }
 
 
-def scene_as_dict(scene: Scene) -> dict[str, Any]:
+def scene_as_dict(scene: Scene, space: FreeSpace) -> dict[str, Any]:
     """How a world was read, as JSON-ready values."""
-    space = scene.free_space()
     return {
         "path": str(scene.path),
         "body": scene.body,
@@ -134,9 +135,9 @@ def scene_as_dict(scene: Scene) -> dict[str, Any]:
     }
 
 
-def print_scene(scene: Scene) -> None:
-    """How a world was read, as a table of geoms and a few lines."""
-    facts = scene_as_dict(scene)
+def print_scene(scene: Scene, space: FreeSpace, files: Mapping[str, Path | None]) -> None:
+    """How a world was read, as a table of geoms and a few lines; then the files written."""
+    facts = scene_as_dict(scene, space)
     terminal = Console().is_terminal
     console = Console(highlight=False, width=None if terminal else _PIPED_WIDTH)
     table = Table("geom", "type", "role", "facets", "error [mm]", "reason", box=None)
@@ -159,8 +160,10 @@ def print_scene(scene: Scene) -> None:
         f"space     {facts['obstacles']} obstacles -> {facts['leaves']} leaves, "
         f"{facts['faces']} shared faces, {facts['components']} components, "
         f"{facts['free_volume']:.4g} m^{scene.n} free",
+        *(f"{kind:<9} {path}" for kind, path in files.items() if path is not None),
         sep="\n",
         markup=False,
+        soft_wrap=True,
     )
 
 

@@ -6,6 +6,8 @@ import json
 import math
 import secrets
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -38,6 +40,32 @@ def check_directory(directory: str | Path) -> None:
     """
     if Path(directory).exists() and not Path(directory).is_dir():
         raise OutputError(f"run directory {directory} is a file; name a directory")
+
+
+@contextmanager
+def whole_file(path: str | Path) -> Iterator[Path]:
+    """Where to write a file that appears under its name when the block ends normally, or never.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise OutputError(f"{path} is a directory; name a file")
+    partial = target.with_name(f".{target.stem}.{secrets.token_hex(4)}.partial{target.suffix}")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        partial.touch()
+        yield partial
+        partial.replace(target)
+    except OSError as error:
+        reason = error.strerror or error
+        raise OutputError(
+            f"{path} cannot be written ({reason}); name a file where you may create files"
+        ) from error
+    finally:
+        with suppress(OSError):
+            partial.unlink()
 
 
 class RunDirectory:

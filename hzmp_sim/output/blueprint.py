@@ -10,27 +10,25 @@ from hzmp_sim.output.framing import eye
 
 if TYPE_CHECKING:
     from hzmp_sim.run import Run
+    from hzmp_sim.scene import Scene
 
 SIM_TIME = "sim_time"
 """Timeline of the flight: simulated time."""
 PLAN_TIME = "plan_time"
 """Timeline of the search: time since the planner was called."""
+EXPLODE = "explode"
+"""Timeline that moves leaves apart: percent of the distances between them."""
+
+_BACKGROUND = [245, 246, 248, 255]
 
 
 def blueprint(run: Run) -> rrb.Blueprint:
     """Views of the entities that `write_recording` logs; what would clutter is switched off."""
-    position, target = eye(run.scene)
     hidden = ["space/grown_obstacles", "space/faces", "plan/samples"]
     if run.scene.n == 3:
-        hidden.append("space/leaves")
-    spatial = rrb.Spatial3DView(
-        origin="/",
-        name="World",
-        contents=["+ /**", "- /flight/**", "- /plan/cost", "- /plan/lower_bound", "- /summary"],
-        overrides={entity: rrb.EntityBehavior(visible=False) for entity in hidden},
-        eye_controls=rrb.EyeControls3D(position=position, look_target=target, eye_up=[0, 0, 1]),
-        background=[245, 246, 248, 255],
-    )
+        hidden += ["space/leaves", "space/cells"]
+    contents = ["+ /**", "- /flight/**", "- /plan/cost", "- /plan/lower_bound", "- /summary"]
+    spatial = _world(run.scene, contents, hidden)
     plots = (
         ("clearance", "Clearance [m]"),
         ("tracking_error", "Tracking error [m]"),
@@ -58,4 +56,27 @@ def blueprint(run: Run) -> rrb.Blueprint:
         rrb.TimePanel(timeline=SIM_TIME if run.log is not None else PLAN_TIME, state="collapsed"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
+    )
+
+
+def space_blueprint(scene: Scene) -> rrb.Blueprint:
+    """View of what `write_space` logs: the leaves, and a slider that moves them apart."""
+    hidden = ["space/grown_obstacles", "space/faces"]
+    return rrb.Blueprint(
+        _world(scene, ["+ /**"], hidden),
+        rrb.TimePanel(timeline=EXPLODE, play_state="paused", state="collapsed"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )
+
+
+def _world(scene: Scene, contents: list[str], hidden: list[str]) -> rrb.Spatial3DView:
+    position, target = eye(scene)
+    return rrb.Spatial3DView(
+        origin="/",
+        name="World",
+        contents=contents,
+        overrides={entity: rrb.EntityBehavior(visible=False) for entity in hidden},
+        eye_controls=rrb.EyeControls3D(position=position, look_target=target, eye_up=[0, 0, 1]),
+        background=_BACKGROUND,
     )

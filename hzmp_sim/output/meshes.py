@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from hzmp_planners._polygons import clip_polygon
+from hzmp_planners._polygons import clip_polygon, counter_clockwise_rows
 from hzmp_planners.sets import Polytope
 
 if TYPE_CHECKING:
@@ -58,31 +58,21 @@ def hull_triangles(points: Floats) -> tuple[Floats, Ints]:
     return vertices, triangles
 
 
+def outline_rows(polytope: Polytope) -> list[Ints]:
+    """Vertex numbers along what to draw of a polytope: see `polytope_outline`."""
+    vertices = polytope.vertices()
+    if polytope.n == 2:
+        ring = counter_clockwise_rows(vertices)
+        return [np.append(ring, ring[:1])]
+    held = polytope.incidence.astype(np.int64)
+    # Two vertices with n - 1 = 2 facets in common span an edge.
+    return list(np.argwhere(np.triu(held @ held.T >= 2, 1)))
+
+
 def polytope_outline(polytope: Polytope) -> list[Floats]:
     """What to draw of a polytope: its closed outline in 2-D, its edges (2, 3) in 3-D."""
     vertices = polytope.vertices()
-    if polytope.n == 2:
-        ring = counter_clockwise(vertices)
-        return [np.vstack([ring, ring[:1]])]
-    held = polytope.incidence.astype(np.int64)
-    # Two vertices with n - 1 = 2 facets in common span an edge.
-    pairs = np.argwhere(np.triu(held @ held.T >= 2, 1))
-    return [vertices[pair] for pair in pairs]
-
-
-def within(polytope: Polytope, lo: Floats, hi: Floats) -> Polytope:
-    """The part of a polytope in the box [lo, hi], for drawing; empty when there is none."""
-    low, high = polytope.interval_hull()
-    if (low >= lo).all() and (high <= hi).all():
-        return polytope
-    box = Polytope.from_box(lo, hi)
-    return Polytope(np.vstack([polytope.A, box.A]), np.concatenate([polytope.b, box.b]))
-
-
-def counter_clockwise(vertices: Floats) -> Floats:
-    """The vertices (k, 2) of a convex polygon in counter-clockwise order."""
-    offset = vertices - vertices.mean(axis=0)
-    return np.asarray(vertices[np.argsort(np.arctan2(offset[:, 1], offset[:, 0]))])
+    return [vertices[rows] for rows in outline_rows(polytope)]
 
 
 def plane_in_box(point: Floats, normal: Floats, lo: Floats, hi: Floats) -> Floats:

@@ -13,14 +13,10 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from scipy.spatial import ConvexHull, QhullError
 
+from hzmp_planners._polygons import counter_clockwise
+from hzmp_planners.free_space.plot import within
 from hzmp_sim.output import palette
-from hzmp_sim.output.meshes import (
-    counter_clockwise,
-    geom_points,
-    hull_triangles,
-    polytope_outline,
-    within,
-)
+from hzmp_sim.output.meshes import geom_points, hull_triangles, polytope_outline
 from hzmp_sim.output.style import WIDTH_IN, plain
 
 if TYPE_CHECKING:

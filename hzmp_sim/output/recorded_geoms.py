@@ -1,4 +1,4 @@
-"""MuJoCo geoms as rerun shapes."""
+"""MuJoCo geoms as rerun shapes, and the world they make."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import rerun as rr
 
+from hzmp_sim.output import palette
 from hzmp_sim.output.framing import workspace_box
 from hzmp_sim.output.meshes import geom_colour, mesh_triangles, plane_in_box
 
@@ -20,6 +21,48 @@ _VISIBLE_GROUPS = 3
 """Geoms of groups 0 to 2 are what MuJoCo draws by default; the rest go under `collision`."""
 
 _Kind = mujoco.mjtGeom
+
+
+def log_world(recording: rr.RecordingStream, scene: Scene, *, moving: bool) -> None:
+    """Log the workspace, what does not move below `world`, each body below `bodies/<name>`.
+
+    Args:
+        recording: where to.
+        scene: in its initial state.
+        moving: leave the poses of the bodies to whoever knows them over time.
+    """
+    model = scene.model
+    data = mujoco.MjData(model)
+    data.qpos[:] = scene.initial_qpos
+    mujoco.mj_kinematics(model, data)
+    recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    lo, hi = workspace_box(scene)
+    box = rr.Boxes3D(
+        mins=[lo], sizes=[hi - lo], colors=[palette.rgba8(palette.INK)], fill_mode="majorwireframe"
+    )
+    recording.log("world/workspace", box, static=True)
+    geoms = range(model.ngeom)
+    fixed = [geom for geom in geoms if model.body_weldid[model.geom_bodyid[geom]] == 0]
+    log_geoms(recording, "world", scene, data, fixed)
+    for body in sorted({int(model.geom_bodyid[geom]) for geom in geoms if geom not in fixed}):
+        held = [geom for geom in geoms if model.geom_bodyid[geom] == body]
+        log_geoms(recording, body_entity(model, body), scene, data, held, body=body)
+        if not moving:
+            still = rr.Transform3D(
+                translation=data.xpos[body], quaternion=rr.Quaternion(xyzw=xyzw(data.xquat[body]))
+            )
+            recording.log(body_entity(model, body), still, static=True)
+
+
+def body_entity(model: mujoco.MjModel, body: int) -> str:
+    """Where a body that can move is logged."""
+    name = model.body(body).name or f"body{body}"
+    return f"bodies/{rr.escape_entity_path_part(name)}"
+
+
+def xyzw(wxyz: Floats) -> Floats:
+    """Quaternions (..., 4) as rerun wants them: the scalar last."""
+    return np.roll(wxyz, -1, axis=-1)
 
 
 def log_geoms(
@@ -59,7 +102,7 @@ def _log_primitives(
     model = scene.model
     size = model.geom_size[geoms]
     centres = np.array([position for position, _ in poses])
-    quaternions = np.array([_xyzw(matrix) for _, matrix in poses])
+    quaternions = np.array([_quaternion(matrix) for _, matrix in poses])
     colors = [_colour8(model, geom) for geom in geoms]
     labels = [scene.geom_name(geom) for geom in geoms]
     shape: rr.AsComponents
@@ -147,10 +190,10 @@ def _pose(data: mujoco.MjData, geom: int, body: int) -> tuple[Floats, Floats]:
     return position, turn.T @ data.geom_xmat[geom].reshape(3, 3)
 
 
-def _xyzw(matrix: Floats) -> Floats:
+def _quaternion(matrix: Floats) -> Floats:
     quaternion = np.empty(4)
     mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(matrix).ravel())
-    return np.roll(quaternion, -1)
+    return xyzw(quaternion)
 
 
 def _colour8(model: mujoco.MjModel, geom: int) -> tuple[int, ...]:

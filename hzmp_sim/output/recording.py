@@ -16,10 +16,9 @@ import rerun as rr
 
 from hzmp_sim.output import palette
 from hzmp_sim.output.blueprint import PLAN_TIME, SIM_TIME, blueprint
-from hzmp_sim.output.framing import workspace_box
 from hzmp_sim.output.headline import informed_times, summary_markdown
-from hzmp_sim.output.meshes import counter_clockwise, hull_triangles, polytope_outline
-from hzmp_sim.output.recorded_geoms import log_geoms
+from hzmp_sim.output.recorded_geoms import body_entity, log_world, xyzw
+from hzmp_sim.output.recorded_space import line_radius, log_ends, log_space, log_strips
 
 if TYPE_CHECKING:
     from hzmp_planners._arrays import Floats, Ints
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
 POSE_RATE_HZ = 100.0
 """Poses of bodies are recorded at most this often [Hz]."""
 _TRAJECTORY_POINTS = 600
-_WIRES = rr.components.FillMode.MajorWireframe
 
 
 def write_recording(run: Run, path: Path) -> None:
@@ -38,9 +36,9 @@ def write_recording(run: Run, path: Path) -> None:
     recording.set_log_time_enabled(False)
     recording.save(path, default_blueprint=blueprint(run))
     recording.send_recording_name(run.scene.path.parent.name or run.scene.path.stem)
-    line = 0.0015 * float(np.linalg.norm(np.subtract(*workspace_box(run.scene))))
-    _log_world(recording, run)
-    _log_space(recording, run, line)
+    line = line_radius(run.scene)
+    log_world(recording, run.scene, moving=run.log is not None)
+    log_space(recording, run.scene, run.space, line, explode=False)
     _log_plan(recording, run, line)
     if run.log is not None:
         _log_flight(recording, run, run.log, line)
@@ -50,62 +48,16 @@ def write_recording(run: Run, path: Path) -> None:
     recording.disconnect()
 
 
-def _log_world(recording: rr.RecordingStream, run: Run) -> None:
-    model = run.scene.model
-    data = mujoco.MjData(model)
-    data.qpos[:] = run.scene.initial_qpos
-    mujoco.mj_kinematics(model, data)
-    recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    lo, hi = workspace_box(run.scene)
-    box = rr.Boxes3D(
-        mins=[lo], sizes=[hi - lo], colors=[palette.rgba8(palette.INK)], fill_mode=_WIRES
-    )
-    recording.log("world/workspace", box, static=True)
-    geoms = range(model.ngeom)
-    fixed = [geom for geom in geoms if model.body_weldid[model.geom_bodyid[geom]] == 0]
-    log_geoms(recording, "world", run.scene, data, fixed)
-    for body in sorted({int(model.geom_bodyid[geom]) for geom in geoms if geom not in fixed}):
-        held = [geom for geom in geoms if model.geom_bodyid[geom] == body]
-        log_geoms(recording, _entity(model, body), run.scene, data, held, body=body)
-        if run.log is None:
-            still = rr.Transform3D(
-                translation=data.xpos[body], quaternion=rr.Quaternion(xyzw=_xyzw(data.xquat[body]))
-            )
-            recording.log(_entity(model, body), still, static=True)
-
-
-def _log_space(recording: rr.RecordingStream, run: Run, line: float) -> None:
-    scene, space = run.scene, run.space
-    edges = [scene.to_world(strip) for leaf in space.leaves for strip in polytope_outline(leaf)]
-    _strips(recording, "space/leaves", edges, palette.LEAF, line / 2)
-    faces = [face.vertices for face in space.graph.faces]
-    rings = [scene.to_world(np.vstack([corners, corners[:1]])) for corners in faces]
-    _strips(recording, "space/faces", rings, palette.FACE, line / 2)
-    if scene.n == 2:
-        fans = [_fan(scene.to_world(counter_clockwise(leaf.vertices()))) for leaf in space.leaves]
-        _triangles(recording, "space/cells", fans, palette.LEAF, 0.25)
-        grown = [_fan(scene.to_world(counter_clockwise(P.vertices()))) for P in scene.obstacles]
-    else:
-        grown = [hull_triangles(obstacle.vertices()) for obstacle in scene.obstacles]
-    _triangles(recording, "space/grown_obstacles", grown, palette.GROWN, 0.35)
-
-
 def _log_plan(recording: rr.RecordingStream, run: Run, line: float) -> None:
     scene, plan = run.scene, run.plan
-    ends = rr.Points3D(
-        scene.to_world(np.array([scene.start, scene.goal])),
-        colors=[palette.rgba8(palette.START), palette.rgba8(palette.GOAL)],
-        labels=["start", "goal"],
-        radii=4 * line,
-    )
-    recording.log("plan/ends", ends, static=True)
+    log_ends(recording, scene, line)
     if len(plan.samples):
         points = rr.Points3D(
             scene.to_world(plan.samples), colors=[palette.rgba8(palette.SAMPLE)], radii=line
         )
         recording.log("plan/samples", points, static=True)
     if len(plan.waypoints):
-        _strips(recording, "plan/path", [scene.to_world(plan.waypoints)], palette.PATH, 2 * line)
+        log_strips(recording, "plan/path", [scene.to_world(plan.waypoints)], palette.PATH, 2 * line)
     recording.reset_time()
     for seconds, informed in zip(informed_times(plan), plan.informed, strict=True):
         recording.set_time(PLAN_TIME, duration=seconds)
@@ -129,10 +81,10 @@ def _log_flight(recording: rr.RecordingStream, run: Run, log: FlightLog, line: f
     if run.trajectory is not None:
         times = np.linspace(0.0, run.trajectory.duration, _TRAJECTORY_POINTS)
         way = scene.to_world(run.trajectory.sample(times).position)
-        _strips(recording, "trajectory/reference", [way], palette.BOUND, line)
+        log_strips(recording, "trajectory/reference", [way], palette.BOUND, line)
     every = max(1, len(log.time) // _TRAJECTORY_POINTS)
     flown = np.vstack([log.position[::every], log.position[-1:]])
-    _strips(recording, "trajectory/flown", [flown], palette.FLOWN, line)
+    log_strips(recording, "trajectory/flown", [flown], palette.FLOWN, line)
     speed = np.linalg.norm(log.velocity, axis=1)
     clear = np.isfinite(log.clearance)
     for name, rows, values, unit, colour in (
@@ -167,10 +119,10 @@ def _log_poses(recording: rr.RecordingStream, run: Run, log: FlightLog) -> None:
         positions[i], quaternions[i] = data.xpos[bodies], data.xquat[bodies]
     for k, body in enumerate(bodies):
         recording.send_columns(
-            _entity(model, int(body)),
+            body_entity(model, int(body)),
             indexes=[rr.TimeColumn(SIM_TIME, duration=log.time[rows])],
             columns=rr.Transform3D.columns(
-                translation=positions[:, k], quaternion=_xyzw(quaternions[:, k])
+                translation=positions[:, k], quaternion=xyzw(quaternions[:, k])
             ),
         )
 
@@ -196,44 +148,11 @@ def _ellipsotope(run: Run, c: Floats, G: Floats, line: float) -> rr.AsComponents
     return rr.Ellipsoids3D(
         centers=[c],
         half_sizes=[lengths],
-        quaternions=[rr.Quaternion(xyzw=_xyzw(quaternion))],
+        quaternions=[rr.Quaternion(xyzw=xyzw(quaternion))],
         colors=[colour],
         line_radii=line / 2,
-        fill_mode=_WIRES,
+        fill_mode="majorwireframe",
     )
-
-
-def _strips(
-    recording: rr.RecordingStream, entity: str, strips: list[Floats], colour: str, radius: float
-) -> None:
-    lines = rr.LineStrips3D(strips, colors=[palette.rgba8(colour)], radii=radius)
-    recording.log(entity, lines, static=True)
-
-
-def _fan(ring: Floats) -> tuple[Floats, Ints]:
-    """Vertices and triangles of a convex polygon whose corners are given in order."""
-    second = np.arange(1, len(ring) - 1)
-    return ring, np.column_stack([np.zeros_like(second), second, second + 1])
-
-
-def _triangles(
-    recording: rr.RecordingStream,
-    entity: str,
-    parts: list[tuple[Floats, Ints]],
-    colour: str,
-    alpha: float,
-) -> None:
-    if not parts:
-        return
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts[:-1])])
-    mesh = rr.Mesh3D(
-        vertex_positions=np.vstack([vertices for vertices, _ in parts]),
-        triangle_indices=np.vstack(
-            [triangles + start for (_, triangles), start in zip(parts, starts, strict=True)]
-        ),
-        albedo_factor=palette.rgba8(colour, alpha),
-    )
-    recording.log(entity, mesh, static=True)
 
 
 def _scalars(
@@ -254,12 +173,3 @@ def _scalars(
         indexes=[rr.TimeColumn(timeline, duration=times)],
         columns=rr.Scalars.columns(scalars=values),
     )
-
-
-def _entity(model: mujoco.MjModel, body: int) -> str:
-    name = model.body(body).name or f"body{body}"
-    return f"bodies/{rr.escape_entity_path_part(name)}"
-
-
-def _xyzw(wxyz: Floats) -> Floats:
-    return np.roll(wxyz, -1, axis=-1)  # rerun wants the scalar last

@@ -34,7 +34,9 @@ def legend_above(axes: Axes) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a PNG whose bytes depend on the data only."""
+    """Write a picture; the bytes of a PNG or SVG depend on the data only."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with mpl.rc_context({"font.size": 10.0}):
-        figure.savefig(path, dpi=DPI, facecolor="white", metadata={"Software": None})
+    volatile = {".png": "Software", ".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
+    metadata = {volatile: None} if volatile else None
+    with mpl.rc_context({"font.size": 10.0, "svg.hashsalt": "hzmp-sim"}):
+        figure.savefig(path, dpi=DPI, facecolor="white", metadata=metadata)

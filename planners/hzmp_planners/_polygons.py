@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Bools, Floats, Ints
 
 
 def clip_polygon(corners: Floats, height: Floats) -> Floats:
@@ -26,3 +26,36 @@ def clip_polygon(corners: Floats, height: Floats) -> Floats:
         if height[i] <= 0.0:
             kept.append(corners[i])
     return np.array(kept).reshape(-1, corners.shape[1])
+
+
+def counter_clockwise_rows(vertices: Floats) -> Ints:
+    """Numbers of the vertices (k, 2) of a convex polygon in counter-clockwise order."""
+    offset = vertices - vertices.mean(axis=0)
+    return np.asarray(np.arctan2(offset[:, 1], offset[:, 0]).argsort())
+
+
+def counter_clockwise(vertices: Floats) -> Floats:
+    """The vertices (k, 2) of a convex polygon in counter-clockwise order."""
+    return np.asarray(vertices[counter_clockwise_rows(vertices)])
+
+
+def facet_corners(vertices: Floats, A: Floats, incidence: Bools) -> list[tuple[int, Ints]]:
+    """The facets of a 3-D polytope: row of A, and corners counter-clockwise seen from outside.
+
+    Half-spaces that touch fewer than three vertices bound no facet and are left out.
+
+    Args:
+        vertices: shape (k, 3) [m].
+        A: outward unit normals, shape (m, 3).
+        incidence: vertex i lies on the plane of half-space j, shape (k, m).
+    """
+    found = []
+    for row, (normal, on) in enumerate(zip(A, incidence.T, strict=True)):
+        corners = on.nonzero()[0]
+        if len(corners) < 3:
+            continue
+        u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+        offset = vertices[corners] - vertices[corners].mean(axis=0)
+        angles = np.arctan2(offset @ np.cross(normal, u), offset @ u)
+        found.append((row, corners[angles.argsort()]))
+    return found

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -159,6 +160,20 @@ class FreeSpace:
         space = cls(**parts)
         vars(space)["graph"] = graph
         return space
+
+    def plot(
+        self,
+        ax: Any = None,
+        *,
+        explode: float = 0.0,
+        faces: bool = False,
+        labels: bool = False,
+        alpha: float | None = None,
+    ) -> Any:
+        """Draw leaves and obstacles on matplotlib axes: see `plot_leaves` of `free_space.plot`."""
+        from hzmp_planners.free_space.plot import plot_leaves
+
+        return plot_leaves(self, ax, explode=explode, faces=faces, labels=labels, alpha=alpha)
 
     @cached_property
     def _compact(self) -> Complex:

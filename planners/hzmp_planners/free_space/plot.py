@@ -248,11 +248,11 @@ def _frame(space: FreeSpace, ax: Any) -> None:
     ax.view_init(elev=24, azim=-58)
     ax.set_box_aspect(hi - lo)
     ax.set_box_aspect(hi - lo, zoom=_zoom(lo, hi, ax))
-    for axis, share in zip(
-        (ax.xaxis, ax.yaxis, ax.zaxis), (hi - lo) / np.max(hi - lo), strict=True
-    ):
+    for axis, size in zip((ax.xaxis, ax.yaxis, ax.zaxis), hi - lo, strict=True):
+        ticks = max(2, round(6 * size / np.max(hi - lo)))
+        axis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
-        axis.set_major_locator(MaxNLocator(max(2, round(8 * share))))
+        axis.labelpad = 7.0
 
 
 def _zoom(lo: Floats, hi: Floats, ax: Any) -> float:

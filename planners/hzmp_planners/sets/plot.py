@@ -66,7 +66,8 @@ def _draw_3d(part: ConvexSet, ax: Any, style: dict[str, Any]) -> Artist:
         polygons = [_facet(points, facet) for facet in _coplanar(ConvexHull(points))]
     lo, hi = points.min(axis=0), points.max(axis=0)
     ax.auto_scale_xyz(*np.array([lo, hi]).T)
-    return ax.add_collection3d(Poly3DCollection(polygons, **style))  # type: ignore[no-any-return]
+    # add_collection3d would, up to matplotlib 3.11, also scale to memory that it pads facets with.
+    return ax.add_collection(Poly3DCollection(polygons, **style), autolim=False)  # type: ignore[no-any-return]
 
 
 def _line_style(style: dict[str, Any], dimension: int) -> dict[str, Any]:
