@@ -42,7 +42,7 @@ PLANS = {
     "dividing_walls_3d": (1e-2, 0),  # faces shut by their detours
     "narrow_passage_2d": (1e-3, 1),  # nothing left to bound
     "random_2d_s010": (1e-3, 1),  # potentials
-    "random_3d_s009": (1.5e-3, 2),  # faces divided and potentials again
+    "random_3d_s005": (1e-5, 2),  # faces divided and potentials again
 }
 
 
@@ -197,7 +197,7 @@ def test_a_pair_that_was_dropped_is_caught(name: str) -> None:
 
 
 def test_the_chain_cannot_be_shortened_or_its_threshold_raised() -> None:
-    result = planned("random_3d_s009", 1.5e-3)
+    result = planned("random_3d_s005", 1e-5)
     links = chain(result)
     assert len(links) > 1
     assert claims(with_chain(result, links[:-1])) == {"bound_excess"}
@@ -212,7 +212,7 @@ def test_the_chain_cannot_be_shortened_or_its_threshold_raised() -> None:
 
 
 def test_faces_must_be_divided_without_loss() -> None:
-    result = planned("random_3d_s009", 1.5e-3)
+    result = planned("random_3d_s005", 1e-5)
     newest, *older = chain(result)
     assert newest.cuts
     assert claims(with_chain(result, [replace(newest, cuts={}), *older])) == {"bound_excess"}
