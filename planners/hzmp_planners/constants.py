@@ -1,8 +1,8 @@
 """Tolerances of the planners, each with its reason. Lengths are in metres at unit scale.
 
 Geometry is computed in double precision on coordinates of size S (the largest absolute workspace
-coordinate, at least 1 m); round-off of a plane evaluation is about 1e-16 * S. The tolerances below
-are multiplied by S where they are used on coordinates.
+coordinate); round-off of a plane evaluation is about 1e-16 * S. The tolerances below are multiplied
+by S where they are used on coordinates.
 """
 
 PLANE_TOL = 1e-10
