@@ -15,6 +15,9 @@ NORMAL_TOL = 1e-9
 MEMBERSHIP_TOL = 1e-9
 """A point within this distance [m at S = 1] of a closed leaf belongs to it."""
 
+SPLINTER_TOL = 1e-7
+"""A leaf thinner than this [m at S = 1] may have lost end walls to round-off: it gets new ones."""
+
 FACE_TOL = 1e-9
 """A shared face narrower than this [m at S = 1] is a contact, not a door."""
 

@@ -148,8 +148,12 @@ def from_incidence(vertices: Floats, leaf: Ints, code: Ints, vertex: Ints, count
     keys = distinct((leaf * codes + code) * width + vertex)
     facet, vertex = keys // width, keys % width
     first = runs_of(facet)
-    facet, widths = facet[first], counts_of(np.append(first, len(facet)))
-    wide = widths >= vertices.shape[1]
+    widths = counts_of(np.append(first, len(facet)))
+    if vertices.shape[1] == 2 and (widths > 2).any():
+        kept = _outermost(vertices[vertex], first, widths)
+        vertex, first = vertex[kept], runs_of(facet[kept])
+        facet, widths = facet[kept], counts_of(np.append(first, len(kept)))
+    facet, wide = facet[first], widths >= vertices.shape[1]
     return Complex(
         vertices,
         facet[wide] % codes,
@@ -157,3 +161,14 @@ def from_incidence(vertices: Floats, leaf: Ints, code: Ints, vertex: Ints, count
         vertex[wide.repeat(widths)],
         starts_of(widths[wide]),
     )
+
+
+def _outermost(points: Floats, first: Ints, widths: Ints) -> Ints:
+    """The two ends of each side in the plane.
+
+    A side has more vertices where two sides on nearly equal lines have become one.
+    """
+    extent = np.maximum.reduceat(points, first) - np.minimum.reduceat(points, first)
+    axis = extent.argmax(axis=1).repeat(widths)
+    order = np.lexsort((points[np.arange(len(axis)), axis], np.arange(len(first)).repeat(widths)))
+    return np.unique(np.concatenate([order[first], order[first + widths - 1]]))

@@ -122,9 +122,9 @@ def build_door_graph(cover: Cover, scale: float) -> LeafGraph:
     starts = starts_of(np.bincount(pair, minlength=len(facet)))
     faces: Cells
     if whole.n == 2:
-        faces, kept = _clip_segments(facets.take(facet), A[rows], b[rows], starts, 0.1 * tol)
+        faces, kept = _clip_segments(facets.take(facet), A[rows], b[rows], starts, 1e-4 * tol)
     else:
-        faces, kept = clip(facets.take(facet), A[rows], b[rows], rows, starts, 0.1 * tol)
+        faces, kept = clip(facets.take(facet), A[rows], b[rows], rows, starts, 1e-4 * tol)
     facet, leaf = facet[kept], leaf[kept]
     normals, offsets = A[facet], b[facet]
     room = wide(faces.vertices, faces.vertex_starts, normals, tol).nonzero()[0]

@@ -15,12 +15,13 @@ from scipy.sparse import csc_array
 
 from hzmp_planners._arrays import Bools, Floats, Ints, as_floats, as_point, as_points, frozen
 from hzmp_planners._ragged import counts_of, reduced, spans, starts_of
-from hzmp_planners.constants import MEMBERSHIP_TOL, PLANE_TOL
+from hzmp_planners.constants import MEMBERSHIP_TOL, PLANE_TOL, SPLINTER_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.free_space.complexes import Complex
 from hzmp_planners.free_space.cover import Cover, build_door_graph, maximal_cover
 from hzmp_planners.free_space.leaf_graph import LeafGraph
 from hzmp_planners.free_space.shared_faces import build_leaf_graph, update_leaf_graph
+from hzmp_planners.free_space.splinters import fences
 from hzmp_planners.free_space.storage import load_parts, save_space
 from hzmp_planners.free_space.world import (
     World,
@@ -323,10 +324,15 @@ class FreeSpace:
 
     @cached_property
     def _halfspaces(self) -> tuple[Floats, Floats, Ints]:
-        """Facets of all leaves one after the other, and where each leaf's begin."""
+        """Half-spaces of all leaves one after the other, and where each leaf's begin."""
         table = self._world.table if self._cover is None else self._cover.table
         A, b = table.halfspaces(self._complex.facets)
-        return frozen(A), frozen(b), self._complex.leaf_starts
+        leaf, normals, offsets = fences(self._complex, table, SPLINTER_TOL * self.scale)
+        owner = np.concatenate([self._complex.facet_owner, leaf])
+        order = owner.argsort(kind="stable")
+        starts = starts_of(np.bincount(owner, minlength=len(self)))
+        A, b = np.concatenate([A, normals])[order], np.concatenate([b, offsets])[order]
+        return frozen(A), frozen(b), frozen(starts)
 
 
 def _solid(

@@ -45,9 +45,9 @@ def build_leaf_graph(
         below, above = below[wanted], above[wanted]
     normals, offsets = table.normals[plane[below]], table.offsets[plane[below]]
     if whole.n == 2:
-        faces = _common_segments(polygons, below, above)
+        faces = _common_segments(polygons, below, above, 1 - dropped[below])
     else:
-        faces = _common_polygons(polygons, below, above, normals, 0.1 * tol)
+        faces = _common_polygons(polygons, below, above, normals, 1e-4 * tol)
     corners, starts, found = faces
     kept = found & wide(corners, starts, normals, tol)
     rows = kept.nonzero()[0]
@@ -124,10 +124,11 @@ def _starting_inside(
     return outer.repeat(count), inner[spans(begin, count)]
 
 
-def _common_segments(polygons: Polygons, one: Ints, two: Ints) -> tuple[Floats, Ints, Bools]:
-    """Overlaps of pairs of segments on one line."""
+def _common_segments(
+    polygons: Polygons, one: Ints, two: Ints, axis: Ints
+) -> tuple[Floats, Ints, Bools]:
+    """Overlaps of pairs of segments on one line, both ascending along an axis."""
     ends = polygons.vertices.reshape(-1, 2, 2)
-    axis = np.abs(ends[one, 1] - ends[one, 0]).argmax(axis=1) if len(one) else one
     rows = np.arange(len(one))
     a, b = ends[one], ends[two]
     later = a[rows, 0, axis] >= b[rows, 0, axis]

@@ -84,10 +84,14 @@ class Polytope(ConvexSet):
         thin = max(PLANE_TOL * size, 8.0 * np.finfo(np.float64).eps * float(np.abs(points).max()))
         _, spread, axes = np.linalg.svd(points - centre, full_matrices=True)
         rank = int((spread > thin * math.sqrt(points.shape[0])).sum())
+        A, extreme = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
+        if rank == points.shape[1]:
+            A, extreme = facets_of(points)
+            rank -= len(extreme) <= rank  # too thin for facets that are told apart
         basis, normals = axes[:rank], axes[rank:]
         coordinates = (points - centre) @ basis.T
         if rank == points.shape[1]:
-            A, extreme = facets_of(points)
+            pass
         elif rank == 0:
             A, extreme = np.zeros((0, points.shape[1])), np.array([0])
         else:
