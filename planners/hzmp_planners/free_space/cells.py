@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, owners_of, reduced
+from hzmp_planners._ragged import counts_of, owners_of, reduced, spans, starts_of
 
 UNNAMED = -1
 """Label of a facet that stands for no half-space."""
@@ -170,18 +170,31 @@ def clip(
     Returns:
         The parts that are not empty, and the cells that they are of.
     """
+    # Most half-spaces have all of their cell inside, and some all of it outside.
+    owner = owners_of(starts)
+    widths = counts_of(cells.vertex_starts)[owner]
+    points = cells.vertices.take(spans(cells.vertex_starts[owner], widths), axis=0)
+    heights = np.einsum("ij,ij->i", points, A.repeat(widths, axis=0))
+    lists = starts_of(widths)
+    gone = np.zeros(len(cells), dtype=np.bool_)
+    gone[owner[reduced(np.minimum, heights, lists) >= b - tol]] = True
+    row = ((reduced(np.maximum, heights, lists) > b + tol) & ~gone[owner]).nonzero()[0]
+    counts = np.bincount(owner[row], minlength=len(cells))
+    starts = starts_of(counts)
     origin = np.arange(len(cells))
-    counts = counts_of(starts)
+    if gone.any():
+        origin = (~gone).nonzero()[0]
+        cells = cells.take(origin)
     for k in range(int(counts.max(initial=0))):
         if not len(origin):
             break
         busy = counts[origin] > k
-        row = np.where(busy, starts[origin] + k, 0)
+        next_ = row[np.where(busy, starts[origin] + k, 0)]
         # Cells whose list has ended see a plane far above them.
-        offsets = np.where(busy, b[row], np.inf)
+        offsets = np.where(busy, b[next_], np.inf)
         wanted = np.zeros((len(origin), 2), dtype=np.bool_)
         wanted[:, 0] = True
-        names = labels[row].repeat(2).reshape(-1, 2)
-        cells, rows, _ = cells.divide(names, A[row], offsets, tol, wanted)
-        origin = origin[rows]
+        names = labels[next_].repeat(2).reshape(-1, 2)
+        cells, parent, _ = cells.divide(names, A[next_], offsets, tol, wanted)
+        origin = origin[parent]
     return cells, origin

@@ -32,6 +32,8 @@ from hzmp_planners.free_space.world import (
 )
 from hzmp_planners.sets import HybridZonotope, Polytope
 
+_FEW_POINTS = 8192  # are located at a time: their arrays fit into the cache
+
 
 @dataclass(frozen=True, eq=False)
 class FreeSpace:
@@ -305,6 +307,14 @@ class FreeSpace:
 
     def _located(self, points: Floats) -> tuple[Ints, Ints]:
         """Pairs of a point and a leaf that contains it."""
+        found = [
+            self._located_few(points[start : start + _FEW_POINTS]) + np.array([[start], [0]])
+            for start in range(0, max(1, len(points)), _FEW_POINTS)
+        ]
+        rows, leaves = np.concatenate(found, axis=1)
+        return rows, leaves
+
+    def _located_few(self, points: Floats) -> Ints:
         tol = MEMBERSHIP_TOL * self.scale
         # A cut of a merged leaf may run a little beside its facets.
         slack = tol + 8.0 * PLANE_TOL * self.scale
@@ -320,7 +330,7 @@ class FreeSpace:
         held = spans(facets[leaves], counts)
         heights = np.einsum("ij,ij->i", A[held], points[rows.repeat(counts)]) - b[held]
         inside = reduced(np.maximum, heights, starts_of(counts)) <= tol
-        return rows[inside], leaves[inside]
+        return np.stack([rows[inside], leaves[inside]])
 
     @cached_property
     def _halfspaces(self) -> tuple[Floats, Floats, Ints]:

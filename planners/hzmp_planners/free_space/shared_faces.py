@@ -158,14 +158,9 @@ def _common_polygons(
     length = np.sqrt(np.einsum("ij,ij->i", outward, outward))
     outward /= np.where(length > 0.0, length, 1.0)[:, None]
     offsets = np.einsum("ij,ij->i", outward, origin)
-    # Most sides have all of the other polygon inside.
-    widths = counts_of(starts)[one[pair]]
-    points = polygons.vertices.take(spans(starts[one[pair]], widths), axis=0)
-    heights = np.einsum("ij,ij->i", points, outward.repeat(widths, axis=0))
-    cutting = reduced(np.maximum, heights, starts_of(widths)) > offsets + tol
-    cutting = (cutting & (length > 0.0)).nonzero()[0]
-    lists = starts_of(np.bincount(pair[cutting], minlength=count))
-    faces, kept = clip(polygons.take(one), outward[cutting], offsets[cutting], cutting, lists, tol)
+    long = (length > 0.0).nonzero()[0]
+    lists = starts_of(np.bincount(pair[long], minlength=count))
+    faces, kept = clip(polygons.take(one), outward[long], offsets[long], long, lists, tol)
     found = np.zeros(count, dtype=np.bool_)
     found[kept] = True
     sizes = np.zeros(count, dtype=np.int64)
