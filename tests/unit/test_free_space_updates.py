@@ -133,3 +133,19 @@ def test_plans_cost_the_same_as_on_a_fresh_space(kind: str, n: int) -> None:
         assert one.status == two.status
         if one.status in (PlanStatus.OPTIMAL, PlanStatus.FEASIBLE):
             assert one.cost == pytest.approx(two.cost, rel=2e-3)
+
+
+def test_a_leaf_beside_an_obstacle_is_not_filled_when_that_comes_again() -> None:
+    """The leaf's corners are 1.2e-10 beyond the common facet: a block without room filled it."""
+    body = [
+        [-0.0004285535570487278, -0.0007646520860006888, 0.0027654783909298415],
+        [7.583650957303754e-05, 0.003060226251924787, -0.0006331840129722927],
+        [-0.0035458119138200663, 0.0033520311601095013, 0.0034834992331378967],
+        [0.0005708713322901235, 0.003152644298430364, -0.0003908008849248956],
+        [-0.00016433507064864562, -0.0003037951680741938, -0.0005092461737828662],
+    ]
+    lo = [-0.003545811904153716, -0.000764652097917459, -0.0006331839865704463]
+    hi = [0.0005708713419564737, 0.0033520311481927308, 0.0034834992595397436]
+    block = Polytope.from_vertices(body)
+    space = FreeSpace.decompose((lo, hi), [block])
+    assert space.with_obstacles([block]).volume == pytest.approx(space.volume, rel=1e-8)

@@ -61,9 +61,16 @@ def partition(
         table: the planes.
         tol: nearer to a plane than this is on it [m].
     """
-    width = len(table.offsets)
-    walls = cells.facet_owner * width + (cells.facets >> 1)
-    on_wall = np.isin(home[blocks.facet_owner] * width + (blocks.facets >> 1), walls)
+    width = 2 * len(table.offsets)
+    walls = cells.facet_owner * width + cells.facets
+    # A block on the far side of its cell's wall is what tolerances leave of one that only touches.
+    beyond = np.isin(home[blocks.facet_owner] * width + (blocks.facets ^ 1), walls)
+    if beyond.any():
+        kept = np.ones(len(blocks), dtype=np.bool_)
+        kept[blocks.facet_owner[beyond]] = False
+        rows = kept.nonzero()[0]
+        blocks, home, obstacle = blocks.take(rows), home[rows], obstacle[rows]
+    on_wall = np.isin(home[blocks.facet_owner] * width + blocks.facets, walls)
     blocks = blocks.relabelled(np.where(on_wall, UNNAMED, blocks.facets))
     layer = _Layer(join_cells([cells, blocks]), len(cells), home, obstacle)
     tree, nodes = TreeBuilder(len(cells)), np.arange(len(cells))
