@@ -1,0 +1,45 @@
+"""The commands `hzmp-sim bench ...`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from hzmp_sim.bench.scale.settings import DEFAULT_OUT, ScaleSettings
+
+INEXACT = 1
+"""Exit code of a benchmark that found a wrong answer: a defect, not a slow machine."""
+
+bench = App(name="bench", help="Measure the library on this machine, beside others.")
+
+_DEFAULT_SCALE = ScaleSettings()
+
+
+@bench.command
+def scale(
+    *,
+    settings: Annotated[ScaleSettings, Parameter(name="*")] = _DEFAULT_SCALE,
+    out: Path = DEFAULT_OUT,
+) -> int:
+    """Decompose large worlds: time, memory, leaves, exactness, moving obstacles, peers.
+
+    Writes scale.json, scale.md and figures. The exit code is 0 also where a target is missed, and
+    1 if leaves and obstacles do not fill the workspace exactly.
+
+    Args:
+        settings: what to measure.
+        out: where the files go.
+    """
+    from hzmp_sim.bench.scale.report import tables_of
+    from hzmp_sim.bench.scale.run import bench_scale
+    from hzmp_sim.bench.scale.write import prepare, write_results
+    from hzmp_sim.bench.tables import print_tables
+
+    prepare(out)
+    results = bench_scale(settings, settings.command(out))
+    files = write_results(results, out)
+    print_tables(tables_of(results))
+    print("files     " + "\n          ".join(str(file) for file in files))
+    return 0 if results.exact else INEXACT
