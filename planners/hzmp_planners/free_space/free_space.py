@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -99,18 +99,21 @@ class FreeSpace:
         if not self.disjoint:
             alone = FreeSpace(self.bounds, self.obstacles, self._world)
             return alone.with_obstacles(moved).overlapping()
-        if not isinstance(moved, Mapping):
-            return self._with_more(_solid(moved, self.n, self.scale))
+        if isinstance(moved, Mapping):
+            return self._with_moved(dict(cast("Mapping[int, Polytope | None]", moved)))
+        return self._with_more(_solid(moved, self.n, self.scale))
+
+    def _with_moved(self, moved: dict[int, Polytope | None]) -> FreeSpace:
         for number in moved:
             if not isinstance(number, int | np.integer) or not 0 <= number < len(self.obstacles):
                 raise ShapeError(
                     f"obstacles are numbered from 0 to {len(self.obstacles) - 1}, got {number!r}"
                 )
-        rest = self._without(frozenset(int(number) for number in moved))
-        given = [(int(number), block) for number, block in moved.items() if block is not None]
+        rest = self._without(frozenset(moved))
         shapes = {
             number: block
-            for number, shape in sorted(given)
+            for number in sorted(moved)
+            if (shape := moved[number]) is not None
             for block in _solid([shape], self.n, self.scale, number)
         }
         grown = rest._with_more(tuple(shapes.values()))

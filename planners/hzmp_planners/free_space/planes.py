@@ -13,6 +13,7 @@ from hzmp_planners._links import component_labels
 from hzmp_planners.constants import NORMAL_TOL, PLANE_TOL
 
 _TOL = max(NORMAL_TOL, 10.0 * PLANE_TOL)
+_MANY = 500
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,15 +47,9 @@ class PlaneTable:
             b: offsets [m], shape (m,).
         """
         keys = self._keys(A, b)
-        # Equal up to rounding first: worlds on a grid repeat their planes many times.
-        _, first, group = np.unique(
-            np.round(keys / (0.5 * _TOL)).astype(np.int64), axis=0,
-            return_index=True, return_inverse=True,
-        )  # fmt: skip
-        order = first.argsort()
-        rank = np.empty_like(order)
-        rank[order] = np.arange(len(order))
-        first, group = first[order], rank[group.ravel()]
+        first = group = np.arange(len(keys))
+        if len(keys) > _MANY:
+            first, group = _rounded(keys)
         codes = self._known(keys[first])
         fresh = (codes < 0).nonzero()[0]
         rows = first[fresh]
@@ -91,6 +86,21 @@ class PlaneTable:
                 near = np.isfinite(distance)
                 codes[near] = 2 * np.asarray(plane)[near] + side
         return codes
+
+
+def _rounded(keys: Floats) -> tuple[Ints, Ints]:
+    """The first of the half-spaces that agree after rounding, and the group of each.
+
+    Worlds on a grid repeat their planes so often that pairs of near ones are too many.
+    """
+    _, first, group = np.unique(
+        np.round(keys / (0.5 * _TOL)).astype(np.int64), axis=0,
+        return_index=True, return_inverse=True,
+    )  # fmt: skip
+    order = first.argsort()
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[group.ravel()]
 
 
 def _clustered(keys: Floats) -> tuple[Ints, Ints]:
