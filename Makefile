@@ -39,6 +39,7 @@ format: $(VENV)/installed-dev
 bench: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/planner.py
 	$(BIN)/python -m benchmarks.sets
+	$(BIN)/hzmp-sim bench scale
 
 clean:
 	rm -rf runs build dist .coverage MUJOCO_LOG.TXT
