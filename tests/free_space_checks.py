@@ -156,7 +156,9 @@ def check_faces(space: FreeSpace) -> None:
         leaf = graph.ends[:, side]
         owner = leaf.repeat(graph.corners.shape[1])
         # Sides of splinters meet at angles at which round-off reaches far.
-        room = np.where([thickness(body) < SPLINTER * S for body in space.leaves], SPLINTER, DEEP)
+        room = np.where(
+            [thickness(body) < SPLINTER * S for body in space.leaves], 10.0 * SPLINTER, DEEP
+        )
         assert (beyond_each(space.leaves, owner, flat) <= room[owner] * S).all()
         face, corner = (space.incidence.toarray().T[leaf]).nonzero()
         beyond = np.einsum("ij,ij->i", space.vertices[corner], graph.normals[face])

@@ -16,7 +16,8 @@ def fences(whole: Complex, table: PlaneTable, thin: float) -> tuple[Ints, Floats
 
     Between two planes that nearly coincide a leaf can be thinner than the tolerances allow its end
     walls to be told from vertices; without them it would reach as far as the planes do. The fences
-    of such a leaf stand on the edges of its outline, at right angles to its widest facet.
+    of such a leaf are a box along its principal axes, and stand on the edges of its outline, seen
+    along the thinnest of these.
 
     Args:
         whole: the leaves.
@@ -34,7 +35,8 @@ def fences(whole: Complex, table: PlaneTable, thin: float) -> tuple[Ints, Floats
         centre = points.mean(axis=0)
         _, _, axes = np.linalg.svd(points - centre)
         flat = axes[:-1]  # all directions but the thinnest
-        for normal in _outward(np.asarray((points - centre) @ flat.T)) @ flat:
+        outline = _outward(np.asarray((points - centre) @ flat.T)) @ flat
+        for normal in (*axes, *-axes, *outline):
             found.append((leaf, normal, float((points @ normal).max())))
     rows = np.array([leaf for leaf, _, _ in found], dtype=np.int64)
     normals = np.array([normal for _, normal, _ in found]).reshape(-1, whole.n)
@@ -54,10 +56,10 @@ def _thickness(whole: Complex, table: PlaneTable) -> Floats:
 
 
 def _outward(points: Floats) -> Floats:
-    """Outward unit normals of the hull of points in one or two dimensions."""
+    """Outward unit normals of the hull of points in the plane; none of a line or a needle."""
     if points.shape[1] == 1:
-        return np.array([[1.0], [-1.0]])
+        return np.zeros((0, 1))
     try:
         return np.asarray(ConvexHull(points).equations[:, :-1])
-    except QhullError:  # a needle: its box, along its own axes
-        return np.vstack([np.eye(2), -np.eye(2)])
+    except QhullError:
+        return np.zeros((0, 2))
