@@ -33,18 +33,45 @@ def spans(begins: Ints, counts: Ints) -> Ints:
 
 
 def runs_of(values: Ints) -> Ints:
-    """Where each run of equal neighbours begins."""
+    """Where each run of equal neighbours begins, and where the last one ends."""
     if not len(values):
-        return values
-    return np.concatenate([[0], (values[1:] != values[:-1]).nonzero()[0] + 1])
+        return np.zeros(1, dtype=np.int64)
+    changes = (values[1:] != values[:-1]).nonzero()[0] + 1
+    return np.concatenate([[0], changes, [len(values)]])
 
 
 def distinct(keys: Ints) -> Ints:
     """The different numbers, ascending; np.unique hashes, which is slower for a few thousand."""
     keys = np.sort(keys)
-    return keys[runs_of(keys)]
+    return keys[runs_of(keys)[:-1]]
 
 
 def reduced(ufunc: np.ufunc, values: Floats, starts: Ints) -> Floats:
     """The ufunc over each list; every list must have an entry."""
     return np.asarray(ufunc.reduceat(values, starts[:-1])) if len(starts) > 1 else values[:0]
+
+
+def extents(
+    points: Floats, starts: Ints, chosen: Ints, directions: Floats
+) -> tuple[Floats, Floats]:
+    """Least and greatest a.x of lists of points along directions a, shape (k,) each.
+
+    Args:
+        points: of all lists, end to end, shape (p, n).
+        starts: where each list begins, shape (m + 1,); every list has a point.
+        chosen: which list is measured along each direction, shape (k,).
+        directions: shape (k, n).
+    """
+    counts = counts_of(starts)[chosen]
+    members = points.take(spans(starts[chosen], counts), axis=0)
+    heights = np.einsum("ij,ij->i", members, directions.repeat(counts, axis=0))
+    lists = starts_of(counts)
+    return reduced(np.minimum, heights, lists), reduced(np.maximum, heights, lists)
+
+
+def sorted_along(points: Floats, starts: Ints) -> Ints:
+    """The order that sorts each list of points along the axis on which it is longest."""
+    extent = reduced(np.maximum, points, starts) - reduced(np.minimum, points, starts)
+    owner = owners_of(starts)
+    axis = extent.argmax(axis=1)[owner]
+    return np.lexsort((points[np.arange(len(points)), axis], owner))

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, owners_of, reduced, spans, starts_of
+from hzmp_planners._ragged import extents, owners_of, reduced, starts_of
 
 UNNAMED = -1
 """Label of a facet that stands for no half-space."""
@@ -172,13 +172,10 @@ def clip(
     """
     # Most half-spaces have all of their cell inside, and some all of it outside.
     owner = owners_of(starts)
-    widths = counts_of(cells.vertex_starts)[owner]
-    points = cells.vertices.take(spans(cells.vertex_starts[owner], widths), axis=0)
-    heights = np.einsum("ij,ij->i", points, A.repeat(widths, axis=0))
-    lists = starts_of(widths)
+    lowest, highest = extents(cells.vertices, cells.vertex_starts, owner, A)
     gone = np.zeros(len(cells), dtype=np.bool_)
-    gone[owner[reduced(np.minimum, heights, lists) >= b - tol]] = True
-    row = ((reduced(np.maximum, heights, lists) > b + tol) & ~gone[owner]).nonzero()[0]
+    gone[owner[lowest >= b - tol]] = True
+    row = ((highest > b + tol) & ~gone[owner]).nonzero()[0]
     counts = np.bincount(owner[row], minlength=len(cells))
     starts = starts_of(counts)
     origin = np.arange(len(cells))

@@ -10,7 +10,16 @@ from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, Ints, frozen
 from hzmp_planners._links import component_labels
-from hzmp_planners._ragged import counts_of, distinct, owners_of, runs_of, spans, starts_of
+from hzmp_planners._ragged import (
+    counts_of,
+    distinct,
+    owners_of,
+    reduced,
+    runs_of,
+    sorted_along,
+    spans,
+    starts_of,
+)
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.cells import Cells
 
@@ -52,13 +61,15 @@ class Complex:
         return keys % width, starts_of(np.bincount(keys // width, minlength=len(self)))
 
     @cached_property
+    def corners(self) -> Floats:
+        """The vertices of each leaf in the order of `members`, with repetitions, [m]."""
+        return self.vertices.take(self.members[0], axis=0)
+
+    @cached_property
     def bounds(self) -> tuple[Floats, Floats]:
         """Lowest and highest coordinates of each leaf, shape (N, n) each [m]."""
-        rows, starts = self.members
-        if not len(self):
-            return self.vertices[:0], self.vertices[:0]
-        points = self.vertices[rows]
-        return np.minimum.reduceat(points, starts[:-1]), np.maximum.reduceat(points, starts[:-1])
+        starts = self.members[1]
+        return reduced(np.minimum, self.corners, starts), reduced(np.maximum, self.corners, starts)
 
     @cached_property
     def _tree(self) -> cKDTree:
@@ -147,13 +158,13 @@ def from_incidence(vertices: Floats, leaf: Ints, code: Ints, vertex: Ints, count
     width, codes = max(1, len(vertices)), int(code.max(initial=0)) + 1
     keys = distinct((leaf * codes + code) * width + vertex)
     facet, vertex = keys // width, keys % width
-    first = runs_of(facet)
-    widths = counts_of(np.append(first, len(facet)))
-    if vertices.shape[1] == 2 and (widths > 2).any():
-        kept = _outermost(vertices[vertex], first, widths)
-        vertex, first = vertex[kept], runs_of(facet[kept])
-        facet, widths = facet[kept], counts_of(np.append(first, len(kept)))
-    facet, wide = facet[first], widths >= vertices.shape[1]
+    starts = runs_of(facet)
+    if vertices.shape[1] == 2 and (counts_of(starts) > 2).any():
+        kept = _outermost(vertices[vertex], starts)
+        facet, vertex = facet[kept], vertex[kept]
+        starts = runs_of(facet)
+    widths = counts_of(starts)
+    facet, wide = facet[starts[:-1]], widths >= vertices.shape[1]
     return Complex(
         vertices,
         facet[wide] % codes,
@@ -163,12 +174,10 @@ def from_incidence(vertices: Floats, leaf: Ints, code: Ints, vertex: Ints, count
     )
 
 
-def _outermost(points: Floats, first: Ints, widths: Ints) -> Ints:
+def _outermost(points: Floats, starts: Ints) -> Ints:
     """The two ends of each side in the plane.
 
     A side has more vertices where two sides on nearly equal lines have become one.
     """
-    extent = np.maximum.reduceat(points, first) - np.minimum.reduceat(points, first)
-    axis = extent.argmax(axis=1).repeat(widths)
-    order = np.lexsort((points[np.arange(len(axis)), axis], np.arange(len(first)).repeat(widths)))
-    return np.unique(np.concatenate([order[first], order[first + widths - 1]]))
+    order = sorted_along(points, starts)
+    return np.unique(np.concatenate([order[starts[:-1]], order[starts[1:] - 1]]))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, owners_of, reduced, spans, starts_of
+from hzmp_planners._ragged import counts_of, extents, owners_of, reduced, spans, starts_of
 from hzmp_planners.constants import FACE_TOL, PLANE_TOL
 from hzmp_planners.free_space.cells import Cells, clip, join_cells
 from hzmp_planners.free_space.complexes import Complex, empty_complex
@@ -157,11 +157,8 @@ def _beyond(whole: Complex, facets: Polygons, table: PlaneTable, tol: float) -> 
     apart = whole.facet_owner[facet] != leaf
     facet, leaf = facet[apart], leaf[apart]
     A, b = table.halfspaces(whole.facets[facet])
-    members, starts = whole.members
-    counts = counts_of(starts)[leaf]
-    points = whole.vertices.take(members[spans(starts[leaf], counts)], axis=0)
-    heights = np.einsum("ij,ij->i", points, A.repeat(counts, axis=0))
-    beyond = reduced(np.maximum, heights, starts_of(counts)) > b + tol
+    _, highest = extents(whole.corners, whole.members[1], leaf, A)
+    beyond = highest > b + tol
     return facet[beyond], leaf[beyond]
 
 

@@ -243,11 +243,11 @@ class FreeSpace:
         known = self._leaves.get(index)
         if known is None:
             A, b, facets = self._halfspaces
-            rows, starts = self._complex.members
+            starts = self._complex.members[1]
             known = Polytope.from_both_forms(
                 A[facets[index] : facets[index + 1]],
                 b[facets[index] : facets[index + 1]],
-                self._complex.vertices[rows[starts[index] : starts[index + 1]]],
+                self._complex.corners[starts[index] : starts[index + 1]],
             )
             self._leaves[index] = known
         return known

@@ -141,9 +141,8 @@ def _polytopes(cells: Cells, A: Floats, b: Floats) -> list[Polytope]:
     n = A.shape[1]
     cell, row, vertex = cells.incidence()
     keys = distinct((cell * len(b) + row) * len(cells.vertices) + vertex) // len(cells.vertices)
-    first = runs_of(keys)
-    held = counts_of(np.append(first, len(keys)))
-    facets = keys[first[held >= n]]
+    runs = runs_of(keys)
+    facets = keys[runs[:-1][counts_of(runs) >= n]]
     found = []
     for i in range(len(cells)):
         rows = facets[facets // len(b) == i] % len(b)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hzmp_planners._arrays import Bools, Ints
-from hzmp_planners._ragged import counts_of, distinct, owners_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, distinct, extents, owners_of, reduced, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.complexes import Complex, from_incidence
 from hzmp_planners.free_space.planes import PlaneTable
@@ -66,11 +66,10 @@ def _pairs(whole: Complex, draws: NDArray[np.uint64], fresh: Bools) -> tuple[Int
     one, two = one[good], two[good]
     widths = counts_of(whole.facet_starts)[one]
     corners = whole.vertices[whole.rows[spans(whole.facet_starts[one], widths)]]
-    if len(one):
-        first = starts_of(widths)[:-1]
-        extent = np.maximum.reduceat(corners, first) - np.minimum.reduceat(corners, first)
-        order = np.argsort(-extent.sum(axis=1), kind="stable")
-        one, two = one[order], two[order]
+    lists = starts_of(widths)
+    extent = reduced(np.maximum, corners, lists) - reduced(np.minimum, corners, lists)
+    order = np.argsort(-extent.sum(axis=1), kind="stable")
+    one, two = one[order], two[order]
     return leaf[one], leaf[two], plane[one]
 
 
@@ -79,7 +78,7 @@ def _convex(
 ) -> Bools:
     """Whether each of two leaves satisfies the other's half-spaces but that of their plane."""
     good = np.ones(len(one), dtype=np.bool_)
-    members, starts = whole.members
+    starts = whole.members[1]
     for leaf, other in ((one, two), (two, one)):
         rows = np.flatnonzero(good)
         counts = counts_of(whole.leaf_starts)[leaf[rows]]
@@ -87,12 +86,9 @@ def _convex(
         pair = rows.repeat(counts)
         outer = whole.facets[facets] >> 1 != plane[pair]
         facets, pair = facets[outer], pair[outer]
-        sizes = counts_of(starts)[other[pair]]
-        points = whole.vertices.take(members[spans(starts[other[pair]], sizes)], axis=0)
         normals, offsets = table.halfspaces(whole.facets[facets])
-        heights = np.einsum("ij,ij->i", points, normals.repeat(sizes, axis=0))
-        beyond = heights > (offsets + tol).repeat(sizes)
-        good[pair.repeat(sizes)[beyond]] = False
+        _, highest = extents(whole.corners, starts, other[pair], normals)
+        good[pair[highest > offsets + tol]] = False
     return good
 
 

@@ -76,7 +76,7 @@ def cells_of(whole: Complex, table: PlaneTable, tol: float) -> Cells:
 def _polygons(whole: Complex) -> tuple[Polygons, Bools]:
     """Corners of the leaves in order, with the facet from each to the next."""
     members, starts = whole.members
-    owner, points = owners_of(starts), whole.vertices[members]
+    owner, points = owners_of(starts), whole.corners
     middle = np.add.reduceat(points, starts[:-1]) / counts_of(starts)[:, None]
     offset = points - middle[owner]
     order = np.lexsort((np.arctan2(offset[:, 1], offset[:, 0]), owner))
@@ -122,7 +122,7 @@ def _polyhedra(whole: Complex, table: PlaneTable) -> tuple[Polyhedra, Bools]:
     sides, partner = sides[by_leaf], order[first + 1][by_leaf]
     return (
         Polyhedra(
-            whole.vertices.take(members, axis=0),
+            whole.corners,
             starts,
             whole.facets,
             whole.leaf_starts,

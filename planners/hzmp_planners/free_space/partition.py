@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, spans
+from hzmp_planners._ragged import extents, spans
 from hzmp_planners.free_space.cells import UNNAMED, Cells, join_cells
 from hzmp_planners.free_space.cut_tree import CutTree, TreeBuilder
 from hzmp_planners.free_space.planes import PlaneTable
@@ -146,18 +146,13 @@ def _scores(
     layer: _Layer, held: Ints, home: Ints, plane: Ints, table: PlaneTable, tol: float
 ) -> Floats:
     """How badly each candidate plane would cut its cell: blocks cut in two, and balance."""
-    starts, count = layer.pieces.vertex_starts, layer.count
     by_cell = layer.home.argsort(kind="stable")
     members = held[home]
-    rival = count + by_cell[spans((held.cumsum() - held)[home], members)]
-    widths = counts_of(starts)[rival]
-    points = layer.pieces.vertices.take(spans(starts[rival], widths), axis=0)
-    against = plane.repeat(members).repeat(widths)
-    heights = np.einsum("ij,ij->i", points, table.normals.take(against, axis=0))
-    heights -= table.offsets.take(against)
-    first = widths.cumsum() - widths
-    below = np.minimum.reduceat(heights, first) < -tol
-    above = np.maximum.reduceat(heights, first) > tol
+    rival = layer.count + by_cell[spans((held.cumsum() - held)[home], members)]
+    against = plane.repeat(members)
+    normals, offsets = table.normals.take(against, axis=0), table.offsets.take(against)
+    lowest, highest = extents(layer.pieces.vertices, layer.pieces.vertex_starts, rival, normals)
+    below, above = lowest - offsets < -tol, highest - offsets > tol
     groups = members.cumsum() - members
     lean = np.add.reduceat(below.astype(np.int64) - above, groups)
     cuts = np.add.reduceat(below & above, groups, dtype=np.int64)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, owners_of, runs_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, owners_of, runs_of, sorted_along, spans, starts_of
 from hzmp_planners.free_space.cells import Cells, Sides, crossing_points, sides_of
 
 
@@ -237,14 +237,10 @@ def _bridges(faces: Ints, points: Ints, vertices: Floats) -> tuple[Ints, Ints, I
     """
     order = faces.argsort(kind="stable")
     faces, points = faces[order], points[order]
-    first = runs_of(faces)
-    sizes = counts_of(np.append(first, len(faces)))
-    if len(sizes) and sizes.max() > 2:
-        where = vertices[points]
-        extent = np.maximum.reduceat(where, first) - np.minimum.reduceat(where, first)
-        axis = extent.argmax(axis=1).repeat(sizes)
-        order = np.lexsort((where[np.arange(len(axis)), axis], faces))
-        points = points[order]
-    one, two = points[first], points[first + sizes - 1]
+    runs = runs_of(faces)
+    if (counts_of(runs) > 2).any():
+        points = points[sorted_along(vertices[points], runs)]
+    first = runs[:-1]
+    one, two = points[first], points[runs[1:] - 1]
     crossed = one != two
     return faces[first[crossed]], one[crossed], two[crossed]

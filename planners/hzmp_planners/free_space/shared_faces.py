@@ -7,7 +7,16 @@ from typing import Literal
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints, frozen
-from hzmp_planners._ragged import counts_of, distinct, reduced, runs_of, spans, starts_of
+from hzmp_planners._ragged import (
+    counts_of,
+    distinct,
+    extents,
+    owners_of,
+    reduced,
+    runs_of,
+    spans,
+    starts_of,
+)
 from hzmp_planners.constants import FACE_TOL
 from hzmp_planners.free_space.cells import clip
 from hzmp_planners.free_space.complexes import Complex
@@ -47,7 +56,10 @@ def build_leaf_graph(
     if whole.n == 2:
         faces = _common_segments(polygons, below, above, 1 - dropped[below])
     else:
-        faces = _common_polygons(polygons, below, above, normals, 1e-4 * tol)
+        # Counter-clockwise in the chart (y, z), (x, z) or (x, y) is about +n, -n or +n.
+        facing = table.normals[plane]
+        turn = np.where(dropped == 1, -1.0, 1.0) * np.sign(facing[np.arange(len(plane)), dropped])
+        faces = _common_polygons(polygons, below, above, facing * turn[:, None], 1e-4 * tol)
     corners, starts, found = faces
     kept = found & wide(corners, starts, normals, tol)
     rows = kept.nonzero()[0]
@@ -96,12 +108,12 @@ def _intervals(low: Floats, high: Floats, plane: Ints, tol: float) -> tuple[Floa
     for their spread: it separates them best.
     """
     order = plane.argsort(kind="stable")
-    first = runs_of(plane[order])
+    runs = runs_of(plane[order])
     group = np.empty_like(plane)
-    group[order] = np.arange(len(first)).repeat(counts_of(np.append(first, len(plane))))
-    base = np.minimum.reduceat(low[order], first)
-    width = np.maximum.reduceat(high[order], first) - base
-    total = np.add.reduceat((high - low)[order], first)
+    group[order] = owners_of(runs)
+    base = reduced(np.minimum, low[order], runs)
+    width = reduced(np.maximum, high[order], runs) - base
+    total = reduced(np.add, (high - low)[order], runs)
     crowding = np.where(width > tol, total / np.maximum(width, tol), np.inf)
     axis = crowding.argmin(axis=1)[group]
     rows = np.arange(len(plane))
@@ -143,29 +155,44 @@ def _common_segments(
 def _common_polygons(
     polygons: Polygons, one: Ints, two: Ints, normals: Floats, tol: float
 ) -> tuple[Floats, Ints, Bools]:
-    """Overlaps of pairs of polygons on one plane: the first clipped by the second's sides."""
-    count = len(one)
-    starts = polygons.vertex_starts
-    dropped = np.abs(normals).argmax(axis=1)
-    # Counter-clockwise in the chart (y, z), (x, z) or (x, y) is about +n, -n or +n.
-    turn = np.where(dropped == 1, -1.0, 1.0) * np.sign(normals[np.arange(count), dropped])
+    """Overlaps of pairs of polygons on one plane: the first clipped by the second's sides.
+
+    Args:
+        polygons: counter-clockwise about their normals.
+        one: a polygon of each pair.
+        two: the other.
+        normals: of each polygon, shape (m, 3).
+        tol: of the clipping [m].
+    """
+    count, starts = len(one), polygons.vertex_starts
+    A, b = _sides(polygons, normals)
     sides = counts_of(starts)[two]
-    foot = spans(starts[two], sides)
-    pair = np.arange(count).repeat(sides)
-    origin = polygons.vertices.take(foot, axis=0)
-    edge = polygons.vertices.take(polygons.following.take(foot), axis=0) - origin
-    outward = _cross(edge, (normals * turn[:, None]).take(pair, axis=0))
-    length = np.sqrt(np.einsum("ij,ij->i", outward, outward))
-    outward /= np.where(length > 0.0, length, 1.0)[:, None]
-    offsets = np.einsum("ij,ij->i", outward, origin)
-    long = (length > 0.0).nonzero()[0]
-    lists = starts_of(np.bincount(pair[long], minlength=count))
-    faces, kept = clip(polygons.take(one), outward[long], offsets[long], long, lists, tol)
+    rows = spans(starts[two], sides)
+    real = A[rows].any(axis=1)
+    pair, rows = np.arange(count).repeat(sides)[real], rows[real]
+    lists = starts_of(np.bincount(pair, minlength=count))
+    faces, kept = clip(polygons.take(one), A[rows], b[rows], rows, lists, tol)
     found = np.zeros(count, dtype=np.bool_)
     found[kept] = True
     sizes = np.zeros(count, dtype=np.int64)
     sizes[kept] = counts_of(faces.vertex_starts)
     return faces.vertices, starts_of(sizes), found
+
+
+def _sides(polygons: Polygons, normals: Floats) -> tuple[Floats, Floats]:
+    """The half-spaces A x <= b of the sides of polygons, corners counter-clockwise about normals.
+
+    A side without length has zeros instead of a unit normal.
+
+    Args:
+        polygons: in space.
+        normals: of each polygon's plane, shape (m, 3).
+    """
+    edge = polygons.vertices.take(polygons.following, axis=0) - polygons.vertices
+    outward = _cross(edge, normals.take(polygons.vertex_owner, axis=0))
+    length = np.sqrt(np.einsum("ij,ij->i", outward, outward))
+    outward /= np.where(length > 0.0, length, 1.0)[:, None]
+    return outward, np.einsum("ij,ij->i", outward, polygons.vertices)
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
@@ -191,21 +218,11 @@ def wide(corners: Floats, starts: Ints, normals: Floats, tol: float) -> Bools:
         return np.asarray(roomy & (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > tol))
     rows = roomy.nonzero()[0]
     faces = Polygons.of(corners, starts, np.zeros(len(corners), dtype=np.int64)).take(rows)
-    edge = faces.vertices[faces.following] - faces.vertices
-    inward = _cross(normals[rows][faces.vertex_owner], edge)
-    length = np.sqrt(np.einsum("ij,ij->i", inward, inward))
-    long = length > 0.0
-    inward /= np.where(long, length, 1.0)[:, None]
-    count = counts_of(faces.vertex_starts)[faces.vertex_owner]
-    others = faces.vertices[spans(faces.vertex_starts[faces.vertex_owner], count)]
-    heights = np.einsum(
-        "ij,ij->i", others - faces.vertices.repeat(count, axis=0), inward.repeat(count, axis=0)
-    )
-    lists = starts_of(count)
-    highest, lowest = (reduced(extreme, heights, lists) for extreme in (np.maximum, np.minimum))
-    reach = np.maximum(highest, -lowest)
+    A, b = _sides(faces, normals[rows])
+    lowest, highest = extents(faces.vertices, faces.vertex_starts, faces.vertex_owner, A)
+    reach = np.maximum(highest - b, b - lowest)  # whichever way the corners turn
     thin = np.zeros(len(rows), dtype=np.bool_)
-    thin[faces.vertex_owner[long & (reach <= tol)]] = True
+    thin[faces.vertex_owner[A.any(axis=1) & (reach <= tol)]] = True
     roomy[rows[thin]] = False
     return np.asarray(roomy)
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from hzmp_planners._arrays import Floats, Ints
-from hzmp_planners._ragged import counts_of, reduced, spans, starts_of
+from hzmp_planners._ragged import extents, reduced
 from hzmp_planners.free_space.complexes import Complex
 from hzmp_planners.free_space.planes import PlaneTable
 
@@ -28,10 +28,10 @@ def fences(whole: Complex, table: PlaneTable, thin: float) -> tuple[Ints, Floats
         The leaf of each fence, ascending, and its outward unit normal and offset [m].
     """
     leaves = (_thickness(whole, table) < thin).nonzero()[0]
-    members, starts = whole.members
+    starts = whole.members[1]
     found: list[tuple[int, Floats, float]] = []
     for leaf in leaves.tolist():
-        points = whole.vertices[members[starts[leaf] : starts[leaf + 1]]]
+        points = whole.corners[starts[leaf] : starts[leaf + 1]]
         centre = points.mean(axis=0)
         _, _, axes = np.linalg.svd(points - centre)
         flat = axes[:-1]  # all directions but the thinnest
@@ -45,14 +45,9 @@ def fences(whole: Complex, table: PlaneTable, thin: float) -> tuple[Ints, Floats
 
 def _thickness(whole: Complex, table: PlaneTable) -> Floats:
     """The least extent of each leaf at right angles to one of its facets, shape (N,) [m]."""
-    members, starts = whole.members
-    counts = counts_of(starts)[whole.facet_owner]
-    points = whole.vertices.take(members[spans(starts[whole.facet_owner], counts)], axis=0)
     A, _ = table.halfspaces(whole.facets)
-    heights = np.einsum("ij,ij->i", points, A.repeat(counts, axis=0))
-    lists = starts_of(counts)
-    extent = reduced(np.maximum, heights, lists) - reduced(np.minimum, heights, lists)
-    return reduced(np.minimum, extent, whole.leaf_starts)
+    lowest, highest = extents(whole.corners, whole.members[1], whole.facet_owner, A)
+    return reduced(np.minimum, highest - lowest, whole.leaf_starts)
 
 
 def _outward(points: Floats) -> Floats:
