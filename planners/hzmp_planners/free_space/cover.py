@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, extents, owners_of, reduced, spans, starts_of
+from hzmp_planners._ragged import counts_of, extents, owners_of, spans, starts_of
 from hzmp_planners.constants import FACE_TOL, PLANE_TOL
+from hzmp_planners.free_space.boxes import overlapping_bounds
 from hzmp_planners.free_space.cells import Cells, clip, join_cells
 from hzmp_planners.free_space.complexes import Complex, empty_complex
 from hzmp_planners.free_space.grow import grow_cells
@@ -22,7 +23,7 @@ from hzmp_planners.free_space.shared_faces import wide
 if TYPE_CHECKING:
     from hzmp_planners.free_space.free_space import FreeSpace
 
-_BATCHES = 12
+_BATCHES = 24  # of leaves that grow at the same time, if none covered others
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +50,9 @@ def maximal_cover(space: FreeSpace) -> Cover:
     whole, tol = space._world.leaves, PLANE_TOL * space.scale
     order = np.argsort([-leaf.volume() for leaf in space.leaves], kind="stable")
     open_ = np.ones(len(whole), dtype=np.bool_)
-    bodies, labels, normals, offsets = [], [], [], []
+    bodies, normals, offsets = [], [], []
     held: list[Ints] = []
-    batch = max(8, len(whole) // (2 * _BATCHES))
+    batch = max(8, len(whole) // _BATCHES)
     while open_.any():
         chosen = order[open_[order]][:batch]
         cells, A, b = grow_cells(space, chosen.tolist(), [[]] * len(chosen))
@@ -64,18 +65,15 @@ def maximal_cover(space: FreeSpace) -> Cover:
         bodies.append(cells)
         normals.append(A[cells.facets])
         offsets.append(b[cells.facets])
-        labels.append(cells.facets)
     if not bodies:
         return Cover(empty_complex(space.n), space._world.table, *[np.zeros(0, np.int64)] * 2)
     table, codes = space._world.table.extended(np.concatenate(normals), np.concatenate(offsets))
     cells = join_cells(bodies).relabelled(codes)
     kept = _needed(held, len(whole))
     leaves, _ = empty_complex(space.n).with_cells(cells.take(kept), space.scale)
-    lows, highs = leaves.bounds
-    low, high = whole.bounds
-    meets = np.asarray(np.all(low[:, None] <= highs + tol, axis=2))
-    meets &= np.all(high[:, None] >= lows - tol, axis=2)
-    return Cover(leaves, table, meets.nonzero()[1], starts_of(meets.sum(axis=1)))
+    held_by, beside = overlapping_bounds(*whole.bounds, *leaves.bounds, -tol)
+    starts = starts_of(np.bincount(held_by, minlength=len(whole)))
+    return Cover(leaves, table, beside, starts)
 
 
 def _contained(whole: Complex, A: Floats, b: Floats, tol: float) -> Bools:
@@ -143,17 +141,7 @@ def build_door_graph(cover: Cover, scale: float) -> LeafGraph:
 
 def _beyond(whole: Complex, facets: Polygons, table: PlaneTable, tol: float) -> tuple[Ints, Ints]:
     """Pairs of a facet and another leaf that may contain a piece of it and goes on beyond it."""
-    lows, highs = whole.bounds
-    low = reduced(np.minimum, facets.vertices, facets.vertex_starts)
-    high = reduced(np.maximum, facets.vertices, facets.vertex_starts)
-    found = []
-    for start in range(0, len(facets), 1024):
-        rows = slice(start, start + 1024)
-        meets = np.asarray(np.all(low[rows, None] <= highs + tol, axis=2))
-        meets &= np.all(high[rows, None] >= lows - tol, axis=2)
-        facet, leaf = meets.nonzero()
-        found.append(np.stack([facet + start, leaf]))
-    facet, leaf = np.concatenate(found, axis=1) if found else np.zeros((2, 0), dtype=np.int64)
+    facet, leaf = overlapping_bounds(*facets.bounds, *whole.bounds, -tol)
     apart = whole.facet_owner[facet] != leaf
     facet, leaf = facet[apart], leaf[apart]
     A, b = table.halfspaces(whole.facets[facet])

@@ -97,8 +97,7 @@ class FreeSpace:
             ShapeError: an obstacle of another dimension, or a number that no obstacle has.
         """
         if not self.disjoint:
-            alone = FreeSpace(self.bounds, self.obstacles, self._world)
-            return alone.with_obstacles(moved).overlapping()
+            return self._alone.with_obstacles(moved).overlapping()
         if isinstance(moved, Mapping):
             return self._with_moved(dict(cast("Mapping[int, Polytope | None]", moved)))
         return self._with_more(_solid(moved, self.n, self.scale))
@@ -122,8 +121,7 @@ class FreeSpace:
         order = places.argsort(kind="stable")
         obstacles = tuple(grown.obstacles[i] for i in order.tolist())
         again = FreeSpace(self.bounds, obstacles, reorder_obstacles(grown._world, order))
-        vars(again)["graph"] = grown.graph
-        return again
+        return again._knowing(grown.graph)
 
     def overlapping(self) -> FreeSpace:
         """The same free space as maximal leaves that overlap: fewer and larger ones.
@@ -134,12 +132,19 @@ class FreeSpace:
         """
         if not self.disjoint:
             return self
-        return FreeSpace(self.bounds, self.obstacles, self._world, maximal_cover(self))
+        made = FreeSpace(self.bounds, self.obstacles, self._world, maximal_cover(self))
+        vars(made)["_alone"] = self
+        return made
 
     @property
     def disjoint(self) -> bool:
         """Whether the interiors of the leaves are disjoint: not after `overlapping`."""
         return self._cover is None
+
+    @cached_property
+    def _alone(self) -> FreeSpace:
+        """The same space with disjoint leaves."""
+        return self if self.disjoint else FreeSpace(self.bounds, self.obstacles, self._world)
 
     @property
     def _complex(self) -> Complex:
@@ -163,9 +168,7 @@ class FreeSpace:
         """
         parts = load_parts(path)
         graph = parts.pop("graph")
-        space = cls(**parts)
-        vars(space)["graph"] = graph
-        return space
+        return cls(**parts)._knowing(graph)
 
     def plot(
         self,
@@ -192,8 +195,12 @@ class FreeSpace:
         world, number = add_obstacles(self._world, more)
         grown = FreeSpace(self.bounds, self.obstacles + more, world)
         graph = update_leaf_graph(self.graph, number, world.leaves, world.table, self.scale)
-        vars(grown)["graph"] = graph
-        return grown
+        return grown._knowing(graph)
+
+    def _knowing(self, graph: LeafGraph) -> FreeSpace:
+        """This space, whose leaf graph was found on another way."""
+        vars(self)["graph"] = graph
+        return self
 
     def _without(self, gone: frozenset[int]) -> FreeSpace:
         known = self._rests.get(gone)
@@ -284,9 +291,7 @@ class FreeSpace:
     @property
     def volume(self) -> float:
         """Volume (area in 2-D) of the union of the leaves [m^n]."""
-        if not self.disjoint:
-            return FreeSpace(self.bounds, self.obstacles, self._world).volume
-        return math.fsum(leaf.volume() for leaf in self.leaves)
+        return math.fsum(leaf.volume() for leaf in self._alone.leaves)
 
     def contains(self, X: ArrayLike) -> Bools:
         """Which of the points (k, n) lie in a closed leaf, up to 1e-9 of the scale; (k,)."""

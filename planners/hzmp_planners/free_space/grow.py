@@ -47,30 +47,15 @@ def grow_cells(
     tol = PLANE_TOL * space.scale
     A, b, starts = _ordered_halfspaces(space, leaves, toward, tol)
     counts = counts_of(starts)
-    obstacles = _Obstacles(space)
     for k in range(int(counts.max(initial=0))):
         grown = (counts > k).nonzero()[0]
         facet = starts[grown] + k
-        b[facet] = np.maximum(b[facet], _free_reach(space, obstacles, A, b, starts, grown, k, tol))
+        b[facet] = np.maximum(b[facet], _free_reach(space, A, b, starts, grown, k, tol))
     lo, hi = space.bounds
     eye = np.eye(space.n)
     walls = len(b) + np.arange(2 * space.n)
-    boxes = box_cell(lo, hi, walls).take(np.zeros(len(counts), dtype=np.int64))
-    cells, _ = clip(boxes, A, b, np.arange(len(b)), starts, tol)
+    cells, _ = clip(box_cell(lo, hi, walls, len(counts)), A, b, np.arange(len(b)), starts, tol)
     return cells, np.concatenate([A, eye, -eye]), np.concatenate([b, hi, -lo])
-
-
-class _Obstacles:
-    """The half-spaces and bounds of all obstacles of a space."""
-
-    def __init__(self, space: FreeSpace) -> None:
-        n = space.n
-        self.A = np.concatenate([np.zeros((0, n)), *(block.A for block in space.obstacles)])
-        self.b = np.concatenate([np.zeros(0), *(block.b for block in space.obstacles)])
-        sizes = [len(block.b) for block in space.obstacles]
-        self.starts = starts_of(np.array(sizes, dtype=np.int64))
-        bounds = np.array(space.obstacle_boxes).reshape(-1, 2, n)
-        self.lows, self.highs = bounds[:, 0], bounds[:, 1]
 
 
 def _ordered_halfspaces(
@@ -92,7 +77,6 @@ def _ordered_halfspaces(
 
 def _free_reach(
     space: FreeSpace,
-    obstacles: _Obstacles,
     A: Floats,
     b: Floats,
     starts: Ints,
@@ -107,33 +91,19 @@ def _free_reach(
     counts = counts_of(starts)[grown]
     rows = spans(starts[grown], counts)
     turned = np.where(rows == (starts[grown] + k).repeat(counts), -1.0, 1.0)
-    beyond, origin = clip(
-        _boxes(space, len(grown)), A[rows] * turned[:, None], b[rows] * turned, rows,
-        starts_of(counts), tol,
-    )  # fmt: skip
+    boxes = box_cell(*space.bounds, np.full(2 * space.n, UNNAMED), len(grown))
+    A_beyond, b_beyond = A[rows] * turned[:, None], b[rows] * turned
+    beyond, origin = clip(boxes, A_beyond, b_beyond, rows, starts_of(counts), tol)
     facet = starts[grown] + k
     reach = np.full(len(grown), np.inf)
     outward = A[facet[origin]]
-    lows, highs = beyond.bounds
-    meets = np.asarray(np.all(lows[:, None] < obstacles.highs - tol, axis=2))
-    meets &= np.all(highs[:, None] > obstacles.lows + tol, axis=2)
-    part, block = meets.nonzero()
-    counts = counts_of(obstacles.starts)[block]
-    rows = spans(obstacles.starts[block], counts)
-    common, pair = clip(
-        beyond.take(part), obstacles.A[rows], obstacles.b[rows], rows, starts_of(counts), tol
-    )
-    if len(pair):
-        part = part[pair]
+    world = space._world
+    part, block = world.blocks.near(*beyond.bounds, tol)
+    common, part, _ = world.blocks.common(beyond, part, block, world.table, tol)
+    if len(part):
         heights = np.einsum("ij,ij->i", common.vertices, outward[part[common.vertex_owner]])
         np.minimum.at(reach, origin[part], np.minimum.reduceat(heights, common.vertex_starts[:-1]))
     return reach
-
-
-def _boxes(space: FreeSpace, count: int) -> Cells:
-    """Copies of the workspace, without labels."""
-    walls = np.full(2 * space.n, UNNAMED)
-    return box_cell(*space.bounds, walls).take(np.zeros(count, dtype=np.int64))
 
 
 def _polytopes(cells: Cells, A: Floats, b: Floats) -> list[Polytope]:

@@ -63,7 +63,7 @@ def cells_of(whole: Complex, table: PlaneTable, tol: float) -> Cells:
     broken = (~closed).nonzero()[0]
     lo, hi = whole.vertices.min(axis=0) - 1.0, whole.vertices.max(axis=0) + 1.0
     walls = np.full(2 * whole.n, UNNAMED)
-    boxes = box_cell(lo, hi, walls).take(np.zeros(len(broken), dtype=np.int64))
+    boxes = box_cell(lo, hi, walls, len(broken))
     part = whole.take(broken)
     A, b = table.halfspaces(part.facets)
     cut, origin = clip(boxes, A, b, part.facets, part.leaf_starts, tol)

@@ -13,7 +13,7 @@ import numpy as np
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._ragged import counts_of, distinct, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.boxes import box_cell
+from hzmp_planners.free_space.boxes import box_cell, overlapping_bounds
 from hzmp_planners.free_space.cells import Cells, clip, join_cells
 from hzmp_planners.free_space.complexes import Complex, empty_complex
 from hzmp_planners.free_space.cut_tree import CutTree
@@ -57,12 +57,16 @@ class Blocks:
 
     def near(self, lows: Floats, highs: Floats, tol: float) -> tuple[Ints, Ints]:
         """Pairs (cell, obstacle) whose bounds overlap by more than the tolerance."""
-        meets = np.ones((len(lows), len(self)), dtype=np.bool_)
-        for axis in range(lows.shape[1]):
-            meets &= lows[:, axis, None] < self.highs[None, :, axis] - tol
-            meets &= highs[:, axis, None] > self.lows[None, :, axis] + tol
-        cell, block = meets.nonzero()
-        return cell, block
+        return overlapping_bounds(lows, highs, self.lows, self.highs, tol)
+
+    def common(
+        self, cells: Cells, cell: Ints, block: Ints, table: PlaneTable, tol: float
+    ) -> tuple[Cells, Ints, Ints]:
+        """What pairs of a cell and an obstacle have in common, and which two each part is of."""
+        chosen = self.take(block)
+        A, b = table.halfspaces(chosen.codes)
+        parts, origin = clip(cells.take(cell), A, b, chosen.codes, chosen.starts, tol)
+        return parts, cell[origin], block[origin]
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,27 +206,17 @@ def _blocks(
     return table, codes[: len(b)], blocks
 
 
-def _common(
-    cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
-) -> tuple[Cells, Ints, Ints]:
-    """What pairs of a cell and an obstacle have in common, with the cell and obstacle of each."""
-    chosen = blocks.take(block)
-    A, b = table.halfspaces(chosen.codes)
-    parts, origin = clip(cells.take(cell), A, b, chosen.codes, chosen.starts, tol)
-    return parts, cell[origin], block[origin]
-
-
 def _partition(
     cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
 ) -> Partition:
-    return partition(cells, *_common(cells, cell, block, blocks, table, tol), table, tol)
+    return partition(cells, *blocks.common(cells, cell, block, table, tol), table, tol)
 
 
 def _carve(
     cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
 ) -> tuple[Partition, Ints]:
     """Partition only the cells that an obstacle meets; and which these are."""
-    parts, home, obstacle = _common(cells, cell, block, blocks, table, tol)
+    parts, home, obstacle = blocks.common(cells, cell, block, table, tol)
     touched = distinct(home)
     home = np.searchsorted(touched, home)
     return partition(cells.take(touched), parts, home, obstacle, table, tol), touched
