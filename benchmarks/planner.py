@@ -61,8 +61,8 @@ def measure(scene: dict[str, Any], runs: int, time_limit: float, gap: float) -> 
     return Result(
         scene["name"],
         len(obstacles),
-        len(space.leaves),
-        len(space.graph.faces),
+        len(space),
+        len(space.graph),
         1e3 * statistics.median(decompose),
         1e3 * statistics.median(row[0] for row in first),
         first[-1][1] / best,

@@ -16,10 +16,11 @@ from typing import Annotated
 
 import cyclopts
 
-from hzmp_sim.bench.scale import ScaleSettings, bench_scale
 from hzmp_sim.bench.scale.figures import write_figures
 from hzmp_sim.bench.scale.report import markdown
 from hzmp_sim.bench.scale.results import Results
+from hzmp_sim.bench.scale.run import bench_scale
+from hzmp_sim.bench.scale.settings import ScaleSettings
 
 COMMAND = "python benchmarks/scale_page.py"
 _DEFAULT = ScaleSettings()

@@ -15,7 +15,7 @@ def main() -> None:
         hz.Polytope.from_vertices([(6.0, 0.0), (7.0, 0.0), (6.5, 2.5)]),
     ]
     space = hz.FreeSpace.decompose(bounds=((0.0, 0.0), (9.0, 4.0)), obstacles=boxes)
-    print(f"{len(space.leaves)} leaves, {len(space.graph.faces)} shared faces")
+    print(f"{len(space)} leaves, {len(space.graph)} shared faces")
 
     plan = hz.plan(space, start=(0.5, 0.5), goal=(8.5, 0.5), gap=1e-6)
     print(

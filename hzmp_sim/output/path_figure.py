@@ -40,7 +40,7 @@ def _plan_view(run: Run) -> Figure:
     axes = figure.add_subplot()
     leaves = [counter_clockwise(leaf.vertices()) for leaf in run.space.leaves]
     axes.add_collection(_polygons(leaves, "none", palette.LEAF, 0.5, "leaves"))
-    used = [counter_clockwise(run.space.leaves[i].vertices()) for i in np.unique(run.plan.leaves)]
+    used = [counter_clockwise(run.space.leaf(i).vertices()) for i in np.unique(run.plan.leaves)]
     if used:
         axes.add_collection(
             _polygons(used, palette.CORRIDOR, palette.SAMPLE, 0.8, "leaves of the path")
@@ -67,7 +67,7 @@ def _space_view(run: Run) -> Figure:
         if len(edges) <= 60:  # a rounded obstacle would be nothing but edges
             axes.add_collection3d(Line3DCollection(edges, colors=palette.OBSTACLE, lw=0.5))
     for index in np.unique(run.plan.leaves):
-        edges = polytope_outline(run.space.leaves[index])
+        edges = polytope_outline(run.space.leaf(index))
         axes.add_collection3d(Line3DCollection(edges, colors=palette.SAMPLE, lw=0.4))
     _ways(axes, run, (0, 1, 2))
     axes.set(xlim=(lo[0], hi[0]), ylim=(lo[1], hi[1]), zlim=(lo[2], hi[2]))

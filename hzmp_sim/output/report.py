@@ -87,8 +87,8 @@ def _plan_table(run: Run) -> list[Figure]:
     rows = [
         Figure("Verdict of the planner", plan.status.name, plan.status.value),
         Figure("Obstacles", f"{m.get('obstacles', len(run.scene.obstacles))}"),
-        Figure("Leaves", f"{m.get('leaves', len(run.space.leaves))}", "convex, interiors disjoint"),
-        Figure("Shared faces", f"{m.get('faces', len(run.space.graph.faces))}"),
+        Figure("Leaves", f"{m.get('leaves', len(run.space))}", "convex, interiors disjoint"),
+        Figure("Shared faces", f"{m.get('faces', len(run.space.graph))}"),
     ]
     if len(plan.waypoints):
         first = next(seconds for seconds, cost, _ in plan.history if cost < float("inf"))

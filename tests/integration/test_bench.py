@@ -16,7 +16,6 @@ from hzmp_planners.errors import SceneError
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
 from hzmp_sim.bench.fresh import FreshProcesses, TaskError, TaskTimeoutError
-from hzmp_sim.bench.scale import ScaleSettings
 from hzmp_sim.bench.scale.cover import cover_error, misplaced_points, union_volume, volumes
 from hzmp_sim.bench.scale.figures import FIGURES
 from hzmp_sim.bench.scale.fits import fits_of
@@ -24,6 +23,7 @@ from hzmp_sim.bench.scale.naive import Order, naive_cells, naive_count
 from hzmp_sim.bench.scale.peers import Peer
 from hzmp_sim.bench.scale.report import markdown
 from hzmp_sim.bench.scale.results import Results, Target, WorldResult
+from hzmp_sim.bench.scale.settings import ScaleSettings
 from hzmp_sim.bench.tables import Table
 from hzmp_sim.bench.worlds import FAMILIES, World, WorldSpec, read_scene, squares
 

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +14,7 @@ from hzmp_sim.cli import main
 from hzmp_sim.output.leaf_figure import write_leaf_picture
 from hzmp_sim.output.recorded_space import EXPLODE_PERCENT, write_space
 from hzmp_sim.scene import load_scene
+from recordings import recorded, verify_recording
 
 
 def command(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
@@ -25,16 +23,6 @@ def command(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, 
     said = capsys.readouterr()
     assert isinstance(stop.value.code, int)
     return stop.value.code, said.out, said.err
-
-
-def column(path: Path, entity: str, component: str) -> list[Any]:
-    """All values of one component of an entity, in the order of the file."""
-    values: list[Any] = []
-    for chunk in RrdReader(path).stream():
-        batch = chunk.to_record_batch()
-        if chunk.entity_path == entity and component in batch.schema.names:
-            values += batch.column(batch.schema.names.index(component)).to_pylist()
-    return values
 
 
 def test_picture_and_recording_are_written_and_named(
@@ -59,25 +47,22 @@ def test_recording_in_space_moves_the_leaves_apart(tmp_path: Path) -> None:
     scene = load_scene("narrow_passage", body="quadrotor")
     space, path = scene.free_space(), tmp_path / "passage.rrd"
     write_space(scene, space, path)
-    rerun = Path(sys.executable).with_name("rerun")
-    said = subprocess.run([rerun, "rrd", "verify", path], capture_output=True, text=True)
-    assert said.returncode == 0
-    assert "1 file verified" in said.stderr
-    assert column(path, "/space/cells", "explode") == list(EXPLODE_PERCENT)
-    steps = [np.array(rows) for rows in column(path, "/space/cells", "Mesh3D:vertex_positions")]
+    verify_recording(path)
+    assert recorded(path, "/space/cells", "explode") == list(EXPLODE_PERCENT)
+    steps = [np.array(rows) for rows in recorded(path, "/space/cells", "Mesh3D:vertex_positions")]
     corners = sum(
         int(on.sum()) for leaf in space.leaves for on in leaf.incidence.T if on.sum() >= 3
     )
     assert {step.shape for step in steps} == {(corners, 3)}
-    (triangles,) = column(path, "/space/cells", "Mesh3D:triangle_indices")
+    (triangles,) = recorded(path, "/space/cells", "Mesh3D:triangle_indices")
     rows = np.array(triangles)
     for percent, points in zip(EXPLODE_PERCENT, steps, strict=True):
         a, b, c = (points[rows[:, i]] for i in range(3))
         volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
         assert volume == pytest.approx(space.volume / (1.0 + percent / 100) ** 3, rel=1e-4)
-    (colours,) = column(path, "/space/cells", "Mesh3D:vertex_colors")
+    (colours,) = recorded(path, "/space/cells", "Mesh3D:vertex_colors")
     assert len(colours) == corners
-    (strips, *_) = column(path, "/space/leaves", "LineStrips3D:strips")
+    (strips, *_) = recorded(path, "/space/leaves", "LineStrips3D:strips")
     assert len(strips) == sum(len(leaf.vertices()) * 3 // 2 for leaf in space.leaves)
     entities = {chunk.entity_path for chunk in RrdReader(path).stream()}
     assert {"/space/faces", "/space/grown_obstacles", "/world/boxes", "/plan/ends"} <= entities
@@ -87,7 +72,7 @@ def test_recording_of_a_planar_world_lies_at_the_height_of_the_body(tmp_path: Pa
     scene = load_scene("enclosure", body="point")
     space, path = scene.free_space(), tmp_path / "room.rrd"
     write_space(scene, space, path)
-    steps = column(path, "/space/cells", "Mesh3D:vertex_positions")
+    steps = recorded(path, "/space/cells", "Mesh3D:vertex_positions")
     assert scene.height is not None
     assert len(steps) == len(EXPLODE_PERCENT)
     for step in steps:

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -15,24 +12,7 @@ from rerun.chunk import RrdReader
 from hzmp_sim.output.parquet import write_log
 from hzmp_sim.output.recording import pose_rows, write_recording
 from hzmp_sim.run import Run
-
-
-def verify_recording(path: Path) -> None:
-    """Rerun's own check; it says 0 files, and no error, about a file that is no recording."""
-    rerun = Path(sys.executable).with_name("rerun")
-    said = subprocess.run([rerun, "rrd", "verify", path], capture_output=True, text=True)
-    assert said.returncode == 0
-    assert "1 file verified" in said.stderr
-
-
-def columns(path: Path, entity: str, component: str) -> list[Any]:
-    """All values of one component of an entity, in the order of the file."""
-    values: list[Any] = []
-    for chunk in RrdReader(path).stream():
-        batch = chunk.to_record_batch()
-        if chunk.entity_path == entity and component in batch.schema.names:
-            values += batch.column(batch.schema.names.index(component)).to_pylist()
-    return values
+from recordings import recorded, verify_recording
 
 
 def test_recording_of_a_flight_in_space(yard_run: Run, tmp_path: Path) -> None:
@@ -56,13 +36,13 @@ def test_recording_of_a_flight_in_space(yard_run: Run, tmp_path: Path) -> None:
     log = yard_run.log
     assert log is not None
     rows = pose_rows(log.time)
-    moved = columns(path, "/bodies/drone", "Transform3D:translation")
+    moved = recorded(path, "/bodies/drone", "Transform3D:translation")
     np.testing.assert_allclose(np.array(moved).reshape(-1, 3), log.position[rows], atol=1e-6)
-    turned = np.array(columns(path, "/bodies/drone", "Transform3D:quaternion")).reshape(-1, 4)
+    turned = np.array(recorded(path, "/bodies/drone", "Transform3D:quaternion")).reshape(-1, 4)
     np.testing.assert_allclose(turned, np.roll(log.quaternion[rows], -1, axis=1), atol=1e-6)
-    clearance = np.array(columns(path, "/flight/clearance", "Scalars:scalars")).ravel()
+    clearance = np.array(recorded(path, "/flight/clearance", "Scalars:scalars")).ravel()
     np.testing.assert_array_equal(clearance, log.clearance)
-    sets = columns(path, "/plan/informed_sets", "Ellipsoids3D:half_sizes")
+    sets = recorded(path, "/plan/informed_sets", "Ellipsoids3D:half_sizes")
     assert len(sets) == len(yard_run.plan.informed)
 
 
@@ -72,12 +52,12 @@ def test_recording_of_a_planar_flight_lies_at_the_height_of_the_body(
     path = tmp_path / "run.rrd"
     write_recording(room_run, path)
     verify_recording(path)
-    (strips,) = columns(path, "/plan/path", "LineStrips3D:strips")
+    (strips,) = recorded(path, "/plan/path", "LineStrips3D:strips")
     way = np.array(strips[0])
     np.testing.assert_allclose(way[:, :2], room_run.plan.waypoints, atol=1e-5)
     assert room_run.scene.height is not None
     np.testing.assert_allclose(way[:, 2], room_run.scene.height, atol=1e-6)
-    cells = np.array(columns(path, "/space/cells", "Mesh3D:vertex_positions")[0])
+    cells = np.array(recorded(path, "/space/cells", "Mesh3D:vertex_positions")[0])
     assert len(cells) == sum(len(leaf.vertices()) for leaf in room_run.space.leaves)
 
 

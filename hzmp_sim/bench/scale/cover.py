@@ -10,11 +10,12 @@ import numpy as np
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._ragged import owners_of, starts_of
 from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.free_space.cells import Cells, clip, join_cells
+from hzmp_planners.free_space.boxes import overlapping_bounds
+from hzmp_planners.free_space.cells import UNNAMED, Cells, clip, join_cells
 from hzmp_planners.free_space.polygons import Polygons
 from hzmp_planners.free_space.polyhedra import Polyhedra
 from hzmp_planners.sets import Polytope
-from hzmp_sim.bench.scale.naive import NO_NAME, halfspaces, outside, tolerance, workspace
+from hzmp_sim.bench.scale.naive import halfspaces, outside, tolerance, workspace
 from hzmp_sim.bench.worlds import World
 
 
@@ -53,10 +54,10 @@ def union_volume(lo: Floats, hi: Floats, obstacles: Sequence[Polytope]) -> float
     A, b = halfspaces(obstacles)
     real = np.isfinite(b)
     cells, owner = clip(
-        workspace(lo, hi).take(np.zeros(len(obstacles), dtype=np.int64)),
+        workspace(lo, hi, len(obstacles)),
         A[real],
         b[real],
-        np.full(int(real.sum()), NO_NAME),
+        np.full(int(real.sum()), UNNAMED),
         starts_of(real.sum(axis=1)),
         tol,
     )
@@ -86,11 +87,8 @@ def _rivals(low: Floats, high: Floats, tol: float) -> Iterator[Ints]:
         high: highest coordinates [m].
         tol: overlaps up to this do not count [m].
     """
-    meets = np.tri(len(low), k=-1, dtype=np.bool_)
-    for axis in range(low.shape[1]):
-        meets &= low[:, axis, None] < high[None, :, axis] - tol
-        meets &= high[:, axis, None] > low[None, :, axis] + tol
-    later, earlier = meets.nonzero()
+    one, two = overlapping_bounds(low, high, low, high, tol)
+    later, earlier = one[two < one], two[two < one]
     counts = np.bincount(later, minlength=len(low))
     place = np.arange(len(later)) - starts_of(counts)[later]
     for turn in range(int(counts.max(initial=0))):

@@ -16,14 +16,11 @@ from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners._ragged import reduced
 from hzmp_planners.constants import PLANE_TOL
 from hzmp_planners.free_space.boxes import box_cell
-from hzmp_planners.free_space.cells import Cells, join_cells
+from hzmp_planners.free_space.cells import UNNAMED, Cells, join_cells
 from hzmp_planners.sets import Polytope
 
 Order = Literal["given", "reach"]
 """Facets in the order of the obstacle; or at each cut the one that the cell reaches beyond most."""
-
-NO_NAME = -1
-"""Label of all facets here: nobody asks which plane they are on."""
 
 
 def naive_cells(
@@ -109,7 +106,7 @@ def outside(
             break
         cells, origin, facet = cells.take(going), origin[going], facet[going]
         pieces, row, side = cells.divide(
-            np.full((len(cells), 2), NO_NAME),
+            np.full((len(cells), 2), UNNAMED),
             A[origin, facet],
             b[origin, facet],
             tol,
@@ -135,9 +132,9 @@ def halfspaces(bodies: Sequence[Polytope]) -> tuple[Floats, Floats]:
     return A, b
 
 
-def workspace(lo: Floats, hi: Floats) -> Cells:
-    """A box as a single cell."""
-    return box_cell(lo, hi, np.full(2 * lo.size, NO_NAME))
+def workspace(lo: Floats, hi: Floats, copies: int = 1) -> Cells:
+    """A box as a cell, or as several; nobody asks which planes its facets are on."""
+    return box_cell(lo, hi, np.full(2 * lo.size, UNNAMED), copies)
 
 
 def tolerance(lo: Floats, hi: Floats) -> float:

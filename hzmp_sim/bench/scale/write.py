@@ -7,7 +7,7 @@ from pathlib import Path
 from hzmp_sim.bench.scale.figures import FIGURES, write_figures
 from hzmp_sim.bench.scale.report import markdown
 from hzmp_sim.bench.scale.results import Results
-from hzmp_sim.output.artifacts import OutputError, check_directory, to_json
+from hzmp_sim.output.artifacts import OutputError, check_directory, to_json, whole_file
 
 JSON, PAGE = "scale.json", "scale.md"
 
@@ -38,7 +38,6 @@ def write_results(results: Results, folder: Path) -> list[Path]:
     paths = write_figures(results, folder)
     page, data = folder / PAGE, folder / JSON
     page.write_text("# Free space at scale\n\n" + markdown(results, FIGURES), encoding="utf-8")
-    part = folder / f".{JSON}"
-    part.write_text(to_json(results.to_dict()), encoding="utf-8")
-    part.replace(data)
+    with whole_file(data) as partial:
+        partial.write_text(to_json(results.to_dict()), encoding="utf-8")
     return [*paths, page, data]
