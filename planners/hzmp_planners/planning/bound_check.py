@@ -194,7 +194,7 @@ def _least_through(certificate: Certificate) -> Floats:
     size = float(np.ptp(graph.corners.reshape(-1, graph.corners.shape[2]), axis=0).max())
     long = np.maximum(np.linalg.norm(u, axis=1) - 1.0, 0.0) * size * 2.0
     violation = float(np.maximum(long - slack, 0.0).max()) + 2.0 * _bend(graph.corners, phi)
-    allowance = violation * (1 + len(np.unique(graph.into)))
+    allowance = violation * (len(graph.corners) - 1)
     weight = np.maximum(slack, 0.0)
     nodes = len(graph.corners)
     ahead_sum = _least_sums(tail, head, weight, SOURCE, nodes)

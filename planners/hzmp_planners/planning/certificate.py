@@ -13,6 +13,7 @@ and both maxima of affine functions are at vertices. No solver is needed to chec
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
@@ -25,21 +26,25 @@ SOURCE, TARGET = 0, 1
 
 @dataclass(frozen=True, eq=False)
 class CrossingGraph:
-    """Nodes are directed crossings of (pieces of) shared faces; pairs run through one leaf.
+    """What a path passes one after the other: convex nodes, and pairs of nodes it may join.
 
-    Node 0 is the start, node 1 the goal, as faces of one vertex.
+    Over faces, nodes are directed crossings of (pieces of) shared faces, and pairs run through one
+    leaf. Over edges, nodes are (pieces of) obstacle edges at which a taut string bends, and pairs
+    are straight (`bends`). Node 0 is the start, node 1 the goal, as nodes of one point.
     """
 
     corners: Floats
     """Vertices of each node's face, shape (M, k, n) [m], padded by repetition."""
     face: Ints
-    """Shared face of each node, shape (M,); -1 for start and goal."""
+    """Shared face of each node, shape (M,), -1 for start and goal; over edges the number of the
+    node that this one is a piece of in the first graph."""
     into: Ints
-    """Leaf that the crossing enters, shape (M,)."""
+    """Leaf that the crossing enters, shape (M,); over edges 0."""
     out_of: Ints
-    """Leaf that the crossing leaves, shape (M,)."""
+    """Leaf that the crossing leaves, shape (M,); over edges 0."""
     pairs: Ints
-    """Consecutive crossings (i, j), shape (E, 2): i enters the leaf that j leaves."""
+    """Consecutive nodes (i, j), shape (E, 2): over faces, i enters the leaf that j leaves."""
+    over: Literal["faces", "edges"] = "faces"
 
 
 Cuts = dict[int, tuple[Floats, Floats]]
@@ -95,12 +100,13 @@ class Certificate:
 
     @property
     def allowance(self) -> float:
-        """Largest violation times the most crossings a shortest path can make [m].
+        """Largest violation times the most pairs that a shortest path can use [m].
 
-        A shortest path visits each convex leaf once.
+        A shortest path visits each node once: between two points of one convex piece of a face or
+        edge it would be straight, along the piece.
         """
         worst = max(0.0, -float(self.slack().min(initial=0.0)))
-        return worst * (1 + len(np.unique(self.graph.into)))
+        return worst * (len(self.graph.corners) - 1)
 
     def least_through(self) -> Floats:
         """No path that uses a given pair is shorter than this, shape (E,) [m]."""

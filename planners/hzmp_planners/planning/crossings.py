@@ -11,7 +11,29 @@ from hzmp_planners._polygons import clip_polygon
 from hzmp_planners.free_space import LeafGraph
 from hzmp_planners.planning.certificate import SOURCE, TARGET, CrossingGraph, Cuts
 from hzmp_planners.planning.detour import least_detour
+from hzmp_planners.planning.relaxation import Relaxation
 from hzmp_planners.planning.roadmap import Query
+from hzmp_planners.planning.rounding import mixing_points
+
+_DIVIDED = 6  # every so many'th face is divided in each round
+
+
+class CrossingGraphs:
+    """The crossing graphs of one query: the first one, and finer ones whose faces are divided."""
+
+    def __init__(self, graph: LeafGraph, query: Query, detours: Floats, threshold: float) -> None:
+        self.first: CrossingGraph | None
+        self.first = build_crossings(graph, query, detours < threshold, threshold)
+
+    def loose_points(self, relaxation: Relaxation) -> Cuts:
+        """The faces on which flows mix most, at their mean points."""
+        nodes = len(relaxation.certificate.graph.corners)
+        return mixing_points(relaxation, max(4, nodes // _DIVIDED))
+
+    def divide(self, graph: CrossingGraph, cuts: Cuts, threshold: float) -> CrossingGraph:
+        """Cut faces in two, and leave out what the halves exclude."""
+        divided = split_nodes(graph, cuts)
+        return prune_pairs(divided, three_leg_bounds(divided) < threshold)
 
 
 def build_crossings(
@@ -96,6 +118,7 @@ def prune_pairs(graph: CrossingGraph, kept: Bools) -> CrossingGraph:
         graph.into[alive],
         graph.out_of[alive],
         number[pairs],
+        graph.over,
     )
 
 
@@ -134,4 +157,5 @@ def split_nodes(graph: CrossingGraph, cuts: Cuts) -> CrossingGraph:
         np.concatenate([graph.into, graph.into[origin]]),
         np.concatenate([graph.out_of, graph.out_of[origin]]),
         np.concatenate(pairs),
+        graph.over,
     )

@@ -16,14 +16,15 @@ from hzmp_planners._links import component_labels
 
 
 def least_detour(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Floats]:
-    """f* and where it is attained, for many segments (2-D) or convex polygons (3-D) at once.
+    """f* and where it is attained, for many segments or convex polygons (3-D) at once.
 
     The minimum of the convex function |x - s| + |x - g| over a plane is where the mirror image of
     s sees g; if that point is outside the polygon the minimum is on an edge, and over a line it is
     where s, turned about the line to the far side of g, sees g.
 
     Args:
-        corners: shape (F, k, n) [m], polygons in order, padded by repeating the last vertex.
+        corners: shape (F, k, n) [m]: the ends of segments (k = 2), or polygons in order, padded by
+            repeating the last vertex.
         s: start points, shape (n,) or (F, n) [m].
         g: goal points, shape (n,) or (F, n) [m].
 
@@ -33,8 +34,9 @@ def least_detour(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Floats]
     count, _, n = corners.shape
     start = np.broadcast_to(s, (count, n))[:, None, :]
     goal = np.broadcast_to(g, (count, n))[:, None, :]
-    following = corners[:, 1:] if n == 2 else np.roll(corners, -1, axis=1)
-    origins = corners[:, :-1] if n == 2 else corners
+    flat = corners.shape[1] == 2
+    following = corners[:, 1:] if flat else np.roll(corners, -1, axis=1)
+    origins = corners[:, :-1] if flat else corners
     edge = following - origins
     length = np.linalg.norm(edge, axis=2, keepdims=True)
     direction = edge / np.where(length > 0.0, length, 1.0)
@@ -53,7 +55,7 @@ def least_detour(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Floats]
     best = detours.argmin(axis=1)
     rows = np.arange(count)
     least, where = detours[rows, best], points[rows, best]
-    if n == 3 and count:
+    if not flat and count:
         crossing, inside = _plane_crossing(corners, start[:, 0], goal[:, 0])
         through = np.linalg.norm(crossing - start[:, 0], axis=1)
         through += np.linalg.norm(crossing - goal[:, 0], axis=1)

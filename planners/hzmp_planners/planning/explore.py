@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import time
 
 import numpy as np
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.planning.attempt import Attempt
-from hzmp_planners.planning.detour import least_detour
+from hzmp_planners.planning.follow import beside
 from hzmp_planners.planning.refine import rank_together
-from hzmp_planners.planning.result import path_length
 from hzmp_planners.planning.roadmap import FaceSequence, sample_faces, search_sequences
 
 _ROUNDS = 12
@@ -51,7 +49,9 @@ def explore(attempt: Attempt, rng: np.random.Generator) -> Floats:
         if attempt.done or idle or (number and time.perf_counter() - began > attempt.time_left):
             break
         uniform = sample_faces(graph.corners, _UNIFORM, rng)
-        known = [_beside_route(attempt)[:, None], attempt.nearest[:, None]]
+        route = attempt.route
+        beside_route = attempt.nearest if route is None else beside(attempt, route.waypoints)
+        known = [beside_route[:, None], attempt.nearest[:, None]]
         candidates = np.concatenate([*known, uniform], axis=1)
     return np.concatenate(drawn)
 
@@ -65,26 +65,3 @@ def _most_promising(attempt: Attempt, found: list[FaceSequence]) -> list[FaceSeq
     routes = [attempt.graph.corners[list(faces)] for faces in fresh]
     lengths = rank_together(query.start, query.goal, routes, _SWEEPS)
     return [fresh[i] for i in np.argsort(lengths, kind="stable")[:_REFINED].tolist()]
-
-
-def _beside_route(attempt: Attempt) -> Floats:
-    """On each face, the point that a path close to the best route would cross most cheaply.
-
-    Of all windows of two segments of the route, the one whose least detour over the face adds
-    least; faces outside the informed set keep their nearest point.
-    """
-    points = attempt.nearest.copy()
-    if attempt.route is None:
-        return points
-    near = np.flatnonzero(attempt.detours < attempt.cost)
-    corners, added = attempt.graph.corners[near], np.full(len(near), math.inf)
-    path = attempt.route.waypoints
-    step = min(2, len(path) - 1)
-    for k in range(len(path) - step):
-        window = path[k : k + step + 1]
-        detour, where = least_detour(corners, window[0], window[-1])
-        extra = detour - path_length(window)
-        better = extra < added
-        added[better] = extra[better]
-        points[near[better]] = where[better]
-    return points

@@ -12,6 +12,8 @@ from hzmp_planners._arrays import Floats, Ints, as_point, frozen
 from hzmp_planners.errors import QueryError
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.attempt import Attempt, Route
+from hzmp_planners.planning.bends.bend_graph import BendGraphs, BendWorld
+from hzmp_planners.planning.crossings import CrossingGraphs
 from hzmp_planners.planning.detour import bottleneck_bound
 from hzmp_planners.planning.explore import explore
 from hzmp_planners.planning.prove import prove
@@ -55,7 +57,7 @@ def plan(
     s, g = as_point(start, "start", space.n), as_point(goal, "goal", space.n)
     query = Query(s, g, _located(space, s, "start"), _located(space, g, "goal"))
     attempt = Attempt(space.graph, query, began=began, time_limit=time_limit, gap=gap)
-    status, samples = _solve(attempt, np.random.default_rng(seed))
+    status, samples = _solve(attempt, space, np.random.default_rng(seed))
     route = attempt.route
     return Plan(
         status=status,
@@ -73,7 +75,9 @@ def plan(
     )
 
 
-def _solve(attempt: Attempt, rng: np.random.Generator) -> tuple[PlanStatus, Floats]:
+def _solve(
+    attempt: Attempt, space: FreeSpace, rng: np.random.Generator
+) -> tuple[PlanStatus, Floats]:
     """Run an attempt to its end; its status, and the points that were sampled."""
     query, graph = attempt.query, attempt.graph
     none = np.zeros((0, query.start.size))
@@ -94,8 +98,29 @@ def _solve(attempt: Attempt, rng: np.random.Generator) -> tuple[PlanStatus, Floa
     if attempt.route is None:
         return PlanStatus.TIME_LIMIT, samples
     if not attempt.done:
-        prove(attempt)
+        _prove(attempt, space)
     return PlanStatus.OPTIMAL if attempt.closed else PlanStatus.FEASIBLE, samples
+
+
+def _prove(attempt: Attempt, space: FreeSpace) -> None:
+    """Prove what is best to relax first: in 3-D the bends of taut strings, else crossed faces."""
+    query, world = attempt.query, BendWorld(space)
+
+    def over_faces() -> None:
+        target = attempt.target
+        prove(attempt, CrossingGraphs(attempt.graph, query, attempt.detours, target), target)
+
+    def over_edges() -> None:
+        target = attempt.target
+        prove(attempt, BendGraphs(world, query.start, query.goal, target), target)
+
+    stages = [over_faces]
+    if space.n == 3:
+        # Cracks that no path passes make the bends' bound lower.
+        stages.insert(1 if world.cracked else 0, over_edges)
+    for stage in stages:
+        if not attempt.done:
+            stage()
 
 
 def _located(space: FreeSpace, point: Floats, name: str) -> Ints:

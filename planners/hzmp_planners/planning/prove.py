@@ -1,45 +1,54 @@
-"""Proving a lower bound: relax, prune what it excludes, divide faces where it is loose."""
+"""Proving a lower bound: relax, prune what it excludes, divide pieces where it is loose."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import replace
+from typing import Protocol
 
+from hzmp_planners._arrays import Floats
 from hzmp_planners.planning.attempt import Attempt
-from hzmp_planners.planning.certificate import Certificate, Cuts
-from hzmp_planners.planning.crossings import (
-    build_crossings,
-    prune_pairs,
-    split_nodes,
-    three_leg_bounds,
-)
-from hzmp_planners.planning.relaxation import solve_relaxation
-from hzmp_planners.planning.rounding import flow_sequences, mixing_points
+from hzmp_planners.planning.certificate import Certificate, CrossingGraph, Cuts
+from hzmp_planners.planning.follow import follow
+from hzmp_planners.planning.refine import refine
+from hzmp_planners.planning.relaxation import Relaxation, solve_relaxation
+from hzmp_planners.planning.result import path_length
+from hzmp_planners.planning.rounding import flow_chains
 
 _ROUNDED = 5  # sequences taken from each flow
-_DIVIDED = 6  # every so many'th face is divided in each round
-_FEW_PAIRS = 500  # up to here a relaxation of everything below the cost is cheap
 _MOST_PAIRS = 12_000  # more take Clarabel longer than any query waits
 _PAIR_TIME = 4e-5  # [s] that Clarabel takes for a pair, at the least (measured, in 3-D)
 _GROWTH = 1.2  # exponent of its time over the number of pairs (measured)
 
 
-def prove(attempt: Attempt) -> None:
+class Graphs(Protocol):
+    """The graphs of one query that are relaxed one after the other."""
+
+    first: CrossingGraph | None
+    """All that a path shorter than the threshold may do; None where that is too much."""
+
+    def loose_points(self, relaxation: Relaxation) -> Cuts:
+        """Where to cut which nodes so that the next relaxation is tighter."""
+
+    def divide(self, graph: CrossingGraph, cuts: Cuts, threshold: float) -> CrossingGraph:
+        """Cut pieces in two, and leave out what the halves exclude."""
+
+
+def prove(attempt: Attempt, graphs: Graphs, threshold: float) -> None:
     """Raise the bound of an attempt until its gap is closed or the time is up.
 
-    The flow of each relaxation is rounded into sequences, which improve the route too.
+    The flow of each relaxation is rounded into paths, which improve the route too.
+
+    Args:
+        attempt: has a route.
+        graphs: of what is relaxed.
+        threshold: the one that `graphs.first` was built with [m].
     """
-    query, leaf_graph = attempt.query, attempt.graph
-    threshold = attempt.cost
-    graph = build_crossings(leaf_graph, query, attempt.detours < threshold, threshold)
-    if len(graph.pairs) > _FEW_PAIRS:
-        # Paths longer than this need no bound of their own: the gap is closed at it.
-        threshold = attempt.target
-        graph = build_crossings(leaf_graph, query, attempt.detours < threshold, threshold)
+    graph = graphs.first
     parent: Certificate | None = None
     cuts: Cuts = {}
     pair_time = _PAIR_TIME
-    while not attempt.done:
+    while graph is not None and not attempt.done:
         count = len(graph.pairs)
         if not count:
             attempt.raise_bound(threshold, Certificate.empty(graph, threshold, parent, cuts))
@@ -54,15 +63,22 @@ def prove(attempt: Attempt) -> None:
             return
         certificate = relaxation.certificate
         attempt.raise_bound(certificate.bound(), certificate)
-        for faces in flow_sequences(relaxation, _ROUNDED):
-            if attempt.done:
-                return
-            attempt.try_sequence(faces)
+        _round(attempt, relaxation)
         threshold = min(threshold, attempt.target)
-        cuts = mixing_points(relaxation, max(4, len(graph.corners) // _DIVIDED))
+        cuts = graphs.loose_points(relaxation)
         kept = certificate.least_through() < threshold
-        if not cuts and kept.all():
+        if attempt.done or (not cuts and kept.all()):
             return
-        divided = split_nodes(replace(graph, pairs=graph.pairs[kept]), cuts)
-        graph = prune_pairs(divided, three_leg_bounds(divided) < threshold)
+        graph = graphs.divide(replace(graph, pairs=graph.pairs[kept]), cuts, threshold)
         parent = certificate
+
+
+def _round(attempt: Attempt, relaxation: Relaxation) -> None:
+    """Try the paths that carry most of the flow."""
+    query, corners = attempt.query, relaxation.certificate.graph.corners
+    for chain in flow_chains(relaxation, _ROUNDED):
+        if attempt.done:
+            return
+        path = refine(query.start, query.goal, corners[chain], attempt.time_left)
+        if path_length(path) < attempt.cost * (1.0 - 1e-9):
+            follow(attempt, path)

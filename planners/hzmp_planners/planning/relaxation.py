@@ -146,6 +146,8 @@ def _affine_charts(corners: Floats) -> Floats:
     tangents = axes[:, : n - 1]
     charts = np.ones((nodes, k, n))
     charts[:, :, 1:] = offset @ tangents.transpose(0, 2, 1)
+    # A direction in which a face has no extent must not look like a variable.
+    charts[np.abs(charts) < 1e-13 * np.abs(corners).max()] = 0.0
     return charts
 
 

@@ -12,8 +12,8 @@ from hzmp_planners.planning.relaxation import Relaxation
 _LEAST_FLOW = 1e-4  # flow below this is residue of the interior-point method
 
 
-def flow_sequences(relaxation: Relaxation, most: int) -> list[list[int]]:
-    """Face sequences that carry most of the flow, most probable first, at most `most`.
+def flow_chains(relaxation: Relaxation, most: int) -> list[list[int]]:
+    """Sequences of nodes that carry most of the flow, most probable first, at most `most`.
 
     A path's probability is the product of the flow shares at its nodes. After each path the flow
     of its pairs is damped, so that the next one differs where it can.
@@ -22,7 +22,7 @@ def flow_sequences(relaxation: Relaxation, most: int) -> list[list[int]]:
     tail = graph.pairs[:, 0]
     flow = np.maximum(relaxation.flow, 1e-12)
     nodes = len(graph.corners)
-    sequences: list[list[int]] = []
+    chains: list[list[int]] = []
     for _ in range(most):
         outgoing = np.bincount(tail, flow, minlength=nodes)
         weights = -np.log(np.minimum(flow / outgoing[tail], 1.0))
@@ -35,13 +35,12 @@ def flow_sequences(relaxation: Relaxation, most: int) -> list[list[int]]:
         if node != SOURCE:
             break
         chain.reverse()
-        faces = graph.face[chain].tolist()
-        if faces not in sequences:
-            sequences.append(faces)
+        if chain not in chains:
+            chains.append(chain)
         steps = set(zip([SOURCE, *chain], [*chain, TARGET], strict=True))
         used = [(i, j) in steps for i, j in graph.pairs.tolist()]
         flow = np.where(used, 0.1 * flow, flow)
-    return sequences
+    return chains
 
 
 def mixing_points(relaxation: Relaxation, most: int) -> Cuts:

@@ -1,0 +1,89 @@
+"""Edges of convex obstacles: a shortest path in 3-D bends nowhere else."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners.sets import Polytope
+
+_ON_FACET = 1e-9  # distance of a vertex from its facet, relative to the obstacle's coordinates
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """Edges, or pieces of them, and vertices at which more than three facets meet."""
+
+    ends: Floats
+    """Shape (E, 2, 3) [m]; a vertex has its point twice."""
+    normals: Floats
+    """Outward unit normals of the two facets at an edge, shape (E, 2, 3); zero at a vertex."""
+    owner: Ints
+    """The obstacle of each edge, shape (E,)."""
+
+    def __len__(self) -> int:
+        return len(self.ends)
+
+    def take(self, rows: Ints) -> Edges:
+        """Some of the edges."""
+        return Edges(self.ends[rows], self.normals[rows], self.owner[rows])
+
+
+def obstacle_edges(obstacles: Sequence[Polytope]) -> Edges:
+    """All edges of all obstacles, and their vertices of more than three facets.
+
+    Two facets meet in an edge where they have vertices in common that lie on one line. Obstacles
+    with equally many facets and vertices are worked on together.
+    """
+    alike: dict[tuple[int, int], list[int]] = defaultdict(list)
+    for number, block in enumerate(obstacles):
+        alike[len(block.b), len(block.vertices())].append(number)
+    parts = [
+        _edges_of(np.array(numbers), [obstacles[i] for i in numbers]) for numbers in alike.values()
+    ]
+    if not parts:
+        return Edges(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)), np.zeros(0, dtype=np.int64))
+    return Edges(
+        np.concatenate([part.ends for part in parts]),
+        np.concatenate([part.normals for part in parts]),
+        np.concatenate([part.owner for part in parts]),
+    )
+
+
+def _edges_of(numbers: Ints, obstacles: Sequence[Polytope]) -> Edges:
+    vertices = np.array([block.vertices() for block in obstacles])
+    normals = np.array([block.A for block in obstacles])
+    offsets = np.array([block.b for block in obstacles])
+    gap = np.abs(np.einsum("mvn,mfn->mfv", vertices, normals) - offsets[:, :, None])
+    on = gap <= _ON_FACET * np.abs(vertices).max(axis=(1, 2), keepdims=True)
+    one, two = np.triu_indices(normals.shape[1], 1)
+    common = on[:, one] & on[:, two]
+    body, pair = np.nonzero(common.sum(axis=2) >= 2)
+    shared = common[body, pair]
+    rows = np.arange(len(body))
+    points = vertices[body]
+    # The vertex farthest from any one of them, and the one farthest from that, are the ends.
+    ends = shared.argmax(axis=1)
+    for _ in range(2):
+        first = ends
+        away = np.linalg.norm(points - points[rows, first][:, None], axis=2)
+        ends = np.where(shared, away, -1.0).argmax(axis=1)
+    segment = np.stack([points[rows, first], points[rows, ends]], axis=1)
+    along = segment[:, 1] - segment[:, 0]
+    offset = np.cross(points - segment[:, :1], along[:, None])
+    aside = np.where(shared, np.linalg.norm(offset, axis=2), 0.0).max(axis=1)
+    size = (along**2).sum(axis=1)
+    # Two facets of one plane have vertices in common that are not on a line: no edge.
+    real = np.flatnonzero((size > 0.0) & (aside <= 1e-6 * size))
+    facets = np.stack([one[pair], two[pair]], axis=1)[real]
+    crowded, vertex = np.nonzero(on.sum(axis=1) > 3)
+    points = vertices[crowded, vertex][:, None]
+    return Edges(
+        np.concatenate([segment[real], np.broadcast_to(points, (len(points), 2, 3))]),
+        np.concatenate([normals[body[real, None], facets], np.zeros((len(points), 2, 3))]),
+        numbers[np.concatenate([body[real], crowded])],
+    )

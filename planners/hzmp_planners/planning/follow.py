@@ -1,0 +1,41 @@
+"""From a polyline to a route: the faces that the best path beside it crosses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.planning.attempt import Attempt
+from hzmp_planners.planning.detour import least_detour
+from hzmp_planners.planning.result import path_length
+from hzmp_planners.planning.roadmap import search_sequences
+
+
+def follow(attempt: Attempt, path: Floats) -> None:
+    """Try the shortest route over the points on faces that a polyline (k, n) passes by."""
+    active = attempt.detours < attempt.cost
+    candidates = beside(attempt, path)[:, None]
+    for faces in search_sequences(attempt.graph, attempt.query, candidates, active, 1):
+        attempt.try_sequence(faces)
+
+
+def beside(attempt: Attempt, path: Floats) -> Floats:
+    """On each face, the point that a path close to a polyline would cross most cheaply, (F, n).
+
+    Of all windows of two segments of the polyline, the one whose least detour over the face adds
+    least; faces outside the informed set keep their nearest point.
+    """
+    points = attempt.nearest.copy()
+    near = np.flatnonzero(attempt.detours < attempt.cost)
+    corners, added = attempt.graph.corners[near], np.full(len(near), math.inf)
+    step = min(2, len(path) - 1)
+    for k in range(len(path) - step):
+        window = path[k : k + step + 1]
+        detour, where = least_detour(corners, window[0], window[-1])
+        extra = detour - path_length(window)
+        better = extra < added
+        added[better] = extra[better]
+        points[near[better]] = where[better]
+    return points
