@@ -13,6 +13,7 @@ from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.free_space import LeafGraph
 from hzmp_planners.planning.certificate import Certificate
 from hzmp_planners.planning.detour import least_detour
+from hzmp_planners.planning.planar.certificate import CornerCertificate
 from hzmp_planners.planning.refine import refine
 from hzmp_planners.planning.result import path_length
 from hzmp_planners.planning.roadmap import FaceSequence, Query, leaf_route
@@ -42,7 +43,7 @@ class Attempt:
         self.graph, self.query = graph, query
         self.route: Route | None = None
         self.bound = float(np.linalg.norm(query.goal - query.start))
-        self.certificate: Certificate | None = None
+        self.certificate: Certificate | CornerCertificate | None = None
         self.history: list[tuple[float, float, float]] = []
         self.detours, self.nearest = least_detour(graph.corners, query.start, query.goal)
         """f* of each face (F,) [m] and the point where it is attained (F, n): see `detour`."""
@@ -96,7 +97,9 @@ class Attempt:
             self.bound = min(self.bound, route.cost)  # round-off must not leave it above
             self.record()
 
-    def raise_bound(self, bound: float, certificate: Certificate | None = None) -> None:
+    def raise_bound(
+        self, bound: float, certificate: Certificate | CornerCertificate | None = None
+    ) -> None:
         """Take a proved lower bound [m] when it is better."""
         bound = min(bound, self.cost)
         if bound > self.bound:

@@ -15,8 +15,10 @@ import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.planning.certificate import SOURCE, TARGET, Certificate, CrossingGraph
+from hzmp_planners.planning.corner_check import corner_bound
 from hzmp_planners.planning.crossings import split_nodes, three_leg_bounds
 from hzmp_planners.planning.detour import least_detour
+from hzmp_planners.planning.planar.certificate import CornerCertificate
 from hzmp_planners.planning.result import Plan
 
 _SAFE = 1.0 - 1e-9
@@ -31,6 +33,8 @@ def certified_bound(plan: Plan) -> float:
         return straight
     if plan.certificate is None:
         return _separating_bound(plan)
+    if isinstance(plan.certificate, CornerCertificate):
+        return corner_bound(plan, plan.certificate)
     chain: list[Certificate] = []
     link: Certificate | None = plan.certificate
     while link is not None:

@@ -12,13 +12,18 @@ from hzmp_planners._arrays import Floats, Ints, as_point, frozen
 from hzmp_planners.errors import QueryError
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.attempt import Attempt, Route
-from hzmp_planners.planning.bends.bend_graph import BendGraphs, BendWorld
+from hzmp_planners.planning.bends.bend_graph import BendGraphs
 from hzmp_planners.planning.crossings import CrossingGraphs
 from hzmp_planners.planning.detour import bottleneck_bound
 from hzmp_planners.planning.explore import explore
+from hzmp_planners.planning.planar.certificate import certify
+from hzmp_planners.planning.planar.taut_search import TautSearch
+from hzmp_planners.planning.prepared import prepared
 from hzmp_planners.planning.prove import prove
-from hzmp_planners.planning.result import Plan, PlanStatus
+from hzmp_planners.planning.result import Plan, PlanStatus, path_length
 from hzmp_planners.planning.roadmap import Query
+
+_SEARCHED = 0.6  # share of the time after which a search of the plane leaves the rest to samples
 
 
 def plan(
@@ -94,6 +99,10 @@ def _solve(
             attempt.detours, graph.ends, graph.leaf_count, query.start_leaves, query.goal_leaves
         )
     )
+    if space.n == 2 and space.disjoint:
+        _search_plane(attempt, space)
+        if attempt.done and attempt.route is not None:
+            return PlanStatus.OPTIMAL if attempt.closed else PlanStatus.FEASIBLE, none
     samples = explore(attempt, rng)
     if attempt.route is None:
         return PlanStatus.TIME_LIMIT, samples
@@ -102,9 +111,20 @@ def _solve(
     return PlanStatus.OPTIMAL if attempt.closed else PlanStatus.FEASIBLE, samples
 
 
+def _search_plane(attempt: Attempt, space: FreeSpace) -> None:
+    """Find the shortest path in the plane; if that takes most of the time, bound it at least."""
+    query, mesh = attempt.query, prepared(space).mesh
+    search = TautSearch(mesh, query.start, query.goal, query.start_leaves, query.goal_leaves)
+    search.run(deadline=time.perf_counter() + _SEARCHED * attempt.time_left)
+    if search.path is not None:
+        points, leaves = search.path.waypoints, search.path.leaves
+        attempt.offer(Route(points, leaves, path_length(points)))
+    attempt.raise_bound(search.bound, certify(mesh, search, query.start, query.goal))
+
+
 def _prove(attempt: Attempt, space: FreeSpace) -> None:
     """Prove what is best to relax first: in 3-D the bends of taut strings, else crossed faces."""
-    query, world = attempt.query, BendWorld(space)
+    query, world = attempt.query, prepared(space).bends
 
     def over_faces() -> None:
         target = attempt.target

@@ -6,7 +6,6 @@ import time
 from dataclasses import replace
 from typing import Protocol
 
-from hzmp_planners._arrays import Floats
 from hzmp_planners.planning.attempt import Attempt
 from hzmp_planners.planning.certificate import Certificate, CrossingGraph, Cuts
 from hzmp_planners.planning.follow import follow

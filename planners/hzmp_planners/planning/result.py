@@ -12,6 +12,7 @@ from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.free_space.grow import grow_leaves
 from hzmp_planners.planning.certificate import Certificate
+from hzmp_planners.planning.planar.certificate import CornerCertificate
 from hzmp_planners.sets import Ellipsotope, Polytope
 
 
@@ -49,7 +50,7 @@ class Plan:
     """Points sampled on shared faces, shape (S, n) [m]."""
     space: FreeSpace = field(repr=False)
     """The free space that was planned in."""
-    certificate: Certificate | None = field(repr=False)
+    certificate: Certificate | CornerCertificate | None = field(repr=False)
     """What proves the lower bound; None when the straight line or the verdict does."""
 
     @property

@@ -1,0 +1,1 @@
+"""Exact shortest paths in the plane: taut strings over the leaves."""
