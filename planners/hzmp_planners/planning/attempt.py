@@ -18,6 +18,8 @@ from hzmp_planners.planning.refine import refine
 from hzmp_planners.planning.result import path_length
 from hzmp_planners.planning.roadmap import FaceSequence, Query, leaf_route
 
+_ROUNDED_DOWN = 1.0 - 1e-14
+
 
 @dataclass(frozen=True, eq=False)
 class Route:
@@ -58,7 +60,7 @@ class Attempt:
     @property
     def target(self) -> float:
         """Bound that closes the gap [m]; a few ulps more, so that no rounding opens it again."""
-        return self.cost / (1.0 + self._gap) * (1.0 + 1e-15)
+        return self.cost / (1.0 + self._gap) / _ROUNDED_DOWN * (1.0 + 1e-15)
 
     @property
     def time_left(self) -> float:
@@ -101,7 +103,8 @@ class Attempt:
         self, bound: float, certificate: Certificate | CornerCertificate | None = None
     ) -> None:
         """Take a proved lower bound [m] when it is better."""
-        bound = min(bound, self.cost)
+        # The last digits of a bound are round-off: a path that attains it must not be below.
+        bound = min(bound * _ROUNDED_DOWN, self.cost)
         if bound > self.bound:
             self.bound, self.certificate = bound, certificate
             self.record()

@@ -130,7 +130,7 @@ class BendGraphs:
 
 
 def _cut_at(piece: Floats, point: Floats, shortest: float) -> tuple[Floats, Floats] | None:
-    """Cut a piece at a point of it, or in the middle if that is near an end; None when too short."""
+    """Cut a piece at a point of it, in the middle if that is near an end; None when too short."""
     along = piece[1] - piece[0]
     length = float(np.linalg.norm(along))
     if length < shortest:
