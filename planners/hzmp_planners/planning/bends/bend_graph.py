@@ -40,6 +40,9 @@ _MARGIN = 1e-9
 """Depth inside a body that stops a line of sight [m at S = 1]."""
 _OFF_PLANE = 1e-9
 """Height above or below a facet plane that counts [m at S = 1]."""
+_ON_LINE = 1e-12
+"""Distance from an edge's line that is none [m at S = 1]: round-off of coordinates. Heights above
+the edge's facets would not do: near a sharp edge or a flat ridge they are next to nothing, too."""
 _SHORTEST = 1e-4  # pieces shorter than this are not cut for sight's sake [m at S = 1]
 _LEAST_FLOW = 1e-3  # flow below this is not worth a cut
 _DIVIDED = 6  # every so many'th piece is divided where flows mix
@@ -167,9 +170,12 @@ def never_joined(pieces: Floats, normals: Floats, pairs: Ints, scale: float) -> 
     excluded = np.zeros(len(pairs), dtype=np.bool_)
     for here, there in (pairs.T, pairs.T[::-1]):
         away = pieces[there] - pieces[here, :1]
+        along = pieces[here, 1] - pieces[here, 0]
+        length = np.linalg.norm(along, axis=1)
+        aside = np.linalg.norm(np.cross(away, along[:, None]), axis=2).max(axis=1)
         heights = np.einsum("ekn,emn->emk", away, normals[here])
         outside = (heights > _OFF_PLANE * scale).all(axis=(1, 2))
         inside = (heights < -_OFF_PLANE * scale).all(axis=(1, 2))
-        on_line = (np.abs(heights) <= _OFF_PLANE * scale).all(axis=(1, 2))
-        excluded |= outside | inside | (on_line & normals[here].any(axis=(1, 2)))
+        on_line = (aside <= _ON_LINE * scale * length) & (length > 0.0)
+        excluded |= outside | inside | on_line
     return excluded
