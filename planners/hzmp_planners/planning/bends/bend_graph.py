@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.constants import PLANE_TOL
@@ -149,9 +150,8 @@ def _short_enough(pieces: Floats, foci: tuple[Floats, Floats], threshold: float)
     middle = pieces.mean(axis=1)
     radius = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1) / 2.0
     ahead, back = (np.linalg.norm(middle - focus, axis=1) - radius for focus in foci)
-    square = (middle**2).sum(axis=1)
-    apart = np.sqrt(np.maximum(square[:, None] + square - 2.0 * middle @ middle.T, 0.0))
-    between = np.maximum(apart - radius[:, None] - radius, 0.0)
+    # Squares and products would lose half of the digits between points that are near each other.
+    between = np.maximum(cdist(middle, middle) - radius[:, None] - radius, 0.0)
     short = ahead[:, None] + between + back < threshold * (1.0 + 1e-9)
     short[TARGET] = short[:, SOURCE] = False
     np.fill_diagonal(short, False)
