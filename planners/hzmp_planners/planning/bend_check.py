@@ -138,7 +138,7 @@ class BendCheck:
             others = [self._space.obstacles[k] for k in np.flatnonzero(near).tolist()]
             share, _ = _along(edge, first.corners[nodes_of.get(edge, [])])
             length = float(np.linalg.norm(edge.ends[1] - edge.ends[0]))
-            wider = self._tiny / max(length, self._tiny)
+            wider = self._tiny / max(length, 0.5 * self._tiny)  # twice a point
             covers = [(low - wider, high + wider) for low, high in np.sort(share).tolist()]
             short = short_part(edge.ends, *self._foci, self._limit)
             bare = open_parts(edge, others, self._space.bounds, self._tiny)
