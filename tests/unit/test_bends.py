@@ -72,9 +72,7 @@ def pyramids(rng: np.random.Generator) -> list[Polytope]:
 def slabs(rng: np.random.Generator) -> list[Polytope]:
     """Plates that stick out of the workspace: strings slide along edges into the walls."""
     corners = np.array(list(product(*[[-1.0, 1.0]] * 3))) * [0.05, 0.6, 0.6]
-    return [
-        Polytope.from_vertices(corners @ rotation(rng, 3).T + rng.random(3)) for _ in range(3)
-    ]
+    return [Polytope.from_vertices(corners @ rotation(rng, 3).T + rng.random(3)) for _ in range(3)]
 
 
 WORLDS = {

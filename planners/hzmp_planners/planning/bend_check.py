@@ -94,18 +94,20 @@ class BendCheck:
             pieces = np.concatenate([first.corners[nodes], *(ends[None] for ends, _ in parts)])
             bends = [None, None, *(edge for _, edge in roles), *(edge for _, edge in parts)]
             there = np.zeros((len(pieces),) * 2, dtype=np.bool_)
-            there[: len(nodes), : len(nodes)] = present[np.ix_(nodes, nodes)]
+            # In two roles a node is visited once all the same.
+            same = np.equal.outer(nodes, nodes)
+            there[: len(nodes), : len(nodes)] = present[np.ix_(nodes, nodes)] | same
             missing = self._unexplained(pieces, bends, there)
-            known = (missing < len(nodes)).all(axis=1)
-            if not known.any():
-                ways = np.concatenate([np.argwhere(there), missing])
-                useful = reached(ways, SOURCE, len(pieces))
-                useful &= reached(ways[:, ::-1], TARGET, len(pieces))
-                return None if useful[len(nodes) :].any() else roles
-            fewer = _without_conflicts(roles, missing[known] - 2)
-            if fewer is None:
+            if (missing <= TARGET).all(axis=1).any():
                 return None
-            roles = fewer
+            known = (missing < len(nodes)).all(axis=1)
+            if known.any():
+                roles = _without_conflicts(roles, missing[known] - 2)
+                continue
+            ways = np.concatenate([np.argwhere(there), missing])
+            useful = reached(ways, SOURCE, len(pieces))
+            useful &= reached(ways[:, ::-1], TARGET, len(pieces))
+            return None if useful[len(nodes) :].any() else roles
 
     def _short_edges(self) -> list[Edge]:
         """Edges that a way shorter than the limit can touch."""
@@ -167,29 +169,19 @@ def _along(edge: Edge, points: Floats) -> tuple[Floats, Floats]:
     return share, np.linalg.norm(offset - share[..., None] * axis, axis=-1)
 
 
-def _without_conflicts(roles: list[_Role], conflicts: Ints) -> list[_Role] | None:
-    """Roles of which no two need a pair that is not there; None if a node would be left without.
+def _without_conflicts(roles: list[_Role], conflicts: Ints) -> list[_Role]:
+    """Roles of which no two need a pair that is not there.
 
-    Where edges of several obstacles lie on each other, a node could be of any of them. One that
-    lacks pairs which its role would need is of another edge.
+    Where edges lie on each other, a node could be of any of them. One that lacks pairs which its
+    role would need is of another edge: what conflicts with most others goes first.
 
     Args:
         roles: of the nodes.
-        conflicts: pairs of roles that exclude each other; negative for start and goal.
+        conflicts: pairs of roles that exclude each other, (c, 2); negative for start and goal.
     """
-    count = [0] * len(roles)
     wrong: set[int] = set()
-    many: dict[int, int] = {}
-    for node, _ in roles:
-        many[node] = many.get(node, 0) + 1
-    left = conflicts
-    while len(left):
-        involved = np.bincount(left[left >= 0], minlength=len(roles))
-        count = [c if many[node] > 1 else 0 for c, (node, _) in zip(involved, roles, strict=True)]
-        worst = int(np.argmax(count)) if count else 0
-        if not count or not count[worst]:
-            return None
+    while len(conflicts):
+        worst = int(np.bincount(conflicts[conflicts >= 0], minlength=len(roles)).argmax())
         wrong.add(worst)
-        many[roles[worst][0]] -= 1
-        left = left[(left != worst).all(axis=1)]
+        conflicts = conflicts[(conflicts != worst).all(axis=1)]
     return [role for number, role in enumerate(roles) if number not in wrong]
