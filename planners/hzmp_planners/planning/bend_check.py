@@ -83,31 +83,23 @@ class BendCheck:
         return self._space.n == 3 and apart and np.array_equal(first.corners[:2], terminals)
 
     def _match(self, first: CrossingGraph) -> list[_Role] | None:
-        """What each node stands for; None if something is missing in the graph."""
+        """What the nodes stand for; None if something is missing in the graph."""
         edges = self._short_edges()
-        roles = [(node, edge) for edge in edges for node in self._nodes_on(first, edge)]
+        roles = [(node, edge) for edge in edges for node in self._nodes_on(first, edge).tolist()]
+        parts = self._not_covered(first, edges, roles)
+        nodes = [SOURCE, TARGET, *(node for node, _ in roles)]
+        pieces = np.concatenate([first.corners[nodes], *(ends[None] for ends, _ in parts)])
+        bends = [None, None, *(edge for _, edge in roles), *(edge for _, edge in parts)]
         present = np.zeros((len(first.corners),) * 2, dtype=np.bool_)
         present[tuple(first.pairs.T)] = True
-        while True:
-            parts = self._not_covered(first, edges, roles)
-            nodes = [SOURCE, TARGET, *(node for node, _ in roles)]
-            pieces = np.concatenate([first.corners[nodes], *(ends[None] for ends, _ in parts)])
-            bends = [None, None, *(edge for _, edge in roles), *(edge for _, edge in parts)]
-            there = np.zeros((len(pieces),) * 2, dtype=np.bool_)
-            # In two roles a node is visited once all the same.
-            same = np.equal.outer(nodes, nodes)
-            there[: len(nodes), : len(nodes)] = present[np.ix_(nodes, nodes)] | same
-            missing = self._unexplained(pieces, bends, there)
-            if (missing <= TARGET).all(axis=1).any():
-                return None
-            known = (missing < len(nodes)).all(axis=1)
-            if known.any():
-                roles = _without_conflicts(roles, missing[known] - 2)
-                continue
-            ways = np.concatenate([np.argwhere(there), missing])
-            useful = reached(ways, SOURCE, len(pieces))
-            useful &= reached(ways[:, ::-1], TARGET, len(pieces))
-            return None if useful[len(nodes) :].any() else roles
+        there = np.zeros((len(pieces),) * 2, dtype=np.bool_)
+        # In two roles a node is visited once all the same.
+        same = np.equal.outer(nodes, nodes)
+        there[: len(nodes), : len(nodes)] = present[np.ix_(nodes, nodes)] | same
+        missing = self._unexplained(pieces, bends, there)
+        ways = np.concatenate([np.argwhere(there), missing])
+        useful = reached(ways, SOURCE, len(pieces)) & reached(ways[:, ::-1], TARGET, len(pieces))
+        return None if useful[missing].all(axis=1).any() else roles
 
     def _short_edges(self) -> list[Edge]:
         """Edges that a way shorter than the limit can touch."""
@@ -116,13 +108,15 @@ class BendCheck:
         near = detour_bounds(ends, *self._foci) < self._limit
         return [edges[k] for k in np.flatnonzero(near).tolist()]
 
-    def _nodes_on(self, first: CrossingGraph, edge: Edge) -> list[int]:
-        """Nodes that lie on an edge."""
-        share, aside = _along(edge, first.corners)
+    def _nodes_on(self, first: CrossingGraph, edge: Edge) -> Ints:
+        """Nodes that lie on an edge, and have its name or none."""
+        named = (first.into == edge.owner) & np.isin(first.out_of, [edge.facets, -1])
+        named[[SOURCE, TARGET]] = False
+        nodes = np.flatnonzero(named)
+        share, aside = _along(edge, first.corners[nodes])
         off = np.linalg.norm(np.diff(edge.ends, axis=0)) * np.maximum(-share, share - 1.0)
         on = (np.maximum(aside, off) <= _BESIDE * self._space.scale).all(axis=1)
-        on[[SOURCE, TARGET]] = False
-        return np.flatnonzero(on).tolist()
+        return np.asarray(nodes[on])
 
     def _not_covered(
         self, first: CrossingGraph, edges: list[Edge], roles: list[_Role]
@@ -167,21 +161,3 @@ def _along(edge: Edge, points: Floats) -> tuple[Floats, Floats]:
     offset = points - edge.ends[0]
     share = offset @ axis / max(float(axis @ axis), 1e-300)
     return share, np.linalg.norm(offset - share[..., None] * axis, axis=-1)
-
-
-def _without_conflicts(roles: list[_Role], conflicts: Ints) -> list[_Role]:
-    """Roles of which no two need a pair that is not there.
-
-    Where edges lie on each other, a node could be of any of them. One that lacks pairs which its
-    role would need is of another edge: what conflicts with most others goes first.
-
-    Args:
-        roles: of the nodes.
-        conflicts: pairs of roles that exclude each other, (c, 2); negative for start and goal.
-    """
-    wrong: set[int] = set()
-    while len(conflicts):
-        worst = int(np.bincount(conflicts[conflicts >= 0], minlength=len(roles)).argmax())
-        wrong.add(worst)
-        conflicts = conflicts[(conflicts != worst).all(axis=1)]
-    return [role for number, role in enumerate(roles) if number not in wrong]

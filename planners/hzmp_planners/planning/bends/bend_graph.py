@@ -89,9 +89,9 @@ class BendGraphs:
     def _build(self, edges: Edges, foci: tuple[Floats, Floats], threshold: float) -> CrossingGraph:
         pieces = np.concatenate([np.array([[foci[0]] * 2, [foci[1]] * 2]), edges.ends])
         tail, head = np.nonzero(_short_enough(pieces, foci, threshold))
-        number, none = np.arange(len(pieces)), np.zeros(len(pieces), dtype=np.int64)
-        pairs = np.column_stack([tail, head])
-        graph = CrossingGraph(pieces, number, none, none, pairs, "edges")
+        number, pairs = np.arange(len(pieces)), np.column_stack([tail, head])
+        owner, facets = (np.append([-1, -1], part) for part in (edges.owner, edges.facets))
+        graph = CrossingGraph(pieces, number, owner, facets, pairs, "edges")
         return self._without_excluded(graph, np.ones(len(pieces), dtype=np.bool_))
 
     def loose_points(self, relaxation: Relaxation) -> Cuts:

@@ -31,13 +31,16 @@ class Edges:
     where it is not known which facets they are."""
     owner: Ints
     """The obstacle of each edge, shape (E,)."""
+    facets: Ints
+    """The two facets f < g of an obstacle with m as one number f m + g, shape (E,); -1 at a vertex,
+    and where it is not known which facets they are."""
 
     def __len__(self) -> int:
         return len(self.ends)
 
     def take(self, rows: Ints) -> Edges:
         """Some of the edges."""
-        return Edges(self.ends[rows], self.normals[rows], self.owner[rows])
+        return Edges(self.ends[rows], self.normals[rows], self.owner[rows], self.facets[rows])
 
 
 def obstacle_edges(obstacles: Sequence[Polytope]) -> Edges:
@@ -53,11 +56,13 @@ def obstacle_edges(obstacles: Sequence[Polytope]) -> Edges:
         _edges_of(np.array(numbers), [obstacles[i] for i in numbers]) for numbers in alike.values()
     ]
     if not parts:
-        return Edges(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)), np.zeros(0, dtype=np.int64))
+        none = np.zeros(0, dtype=np.int64)
+        return Edges(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)), none, none)
     return Edges(
         np.concatenate([part.ends for part in parts]),
         np.concatenate([part.normals for part in parts]),
         np.concatenate([part.owner for part in parts]),
+        np.concatenate([part.facets for part in parts]),
     )
 
 
@@ -94,6 +99,7 @@ def _edges_of(numbers: Ints, obstacles: Sequence[Polytope]) -> Edges:
         np.concatenate([segment[real], vertices[crowded[:, None], ends]]),
         np.concatenate([normals[body[real, None], facets], np.zeros((len(ends), 2, 3))]),
         numbers[np.concatenate([body[real], crowded])],
+        np.append(facets @ [normals.shape[1], 1], np.full(len(ends), -1)),
     )
 
 

@@ -30,6 +30,8 @@ class Edge:
     """Outward unit normals of the two facets, shape (2, 3); of a vertex (0, 3)."""
     owner: int
     """Number of the obstacle."""
+    facets: int
+    """Facets f < g of an obstacle with m as one number f m + g; -1 of a vertex."""
 
 
 def list_edges(obstacles: Sequence[Polytope]) -> list[Edge]:
@@ -46,10 +48,11 @@ def list_edges(obstacles: Sequence[Polytope]) -> list[Edge]:
         facets = [frozenset(row.nonzero()[0].tolist()) for row in on]
         for one, two in combinations(range(len(points)), 2):
             for pair in combinations(sorted(facets[one] & facets[two]), 2):
-                found.append(Edge(points[[one, two]], normals[list(pair)], owner))
+                name = pair[0] * len(normals) + pair[1]
+                found.append(Edge(points[[one, two]], normals[list(pair)], owner, name))
         for vertex, meeting in enumerate(facets):
             if len(meeting) > 3:
-                found.append(Edge(points[[vertex, vertex]], np.zeros((0, 3)), owner))
+                found.append(Edge(points[[vertex, vertex]], np.zeros((0, 3)), owner, -1))
     return found
 
 
