@@ -25,8 +25,9 @@ from hzmp_planners.planning.checks.taut import Sight, never_taut, too_long
 _TINY = 1e-10
 """Lengths that are none [m at S = 1]: a tenth of what the planner takes for none, so that nothing
 that is needed here can have been left out there by round-off."""
-_BESIDE = 1e-9
-"""Nodes at most this far beside an edge are on it [m at S = 1]."""
+_BESIDE = 1e-8
+"""Nodes at most this far beside an edge are on it, and cover what is at most this far beyond their
+ends [m at S = 1]: vertices this near to each other are not told apart."""
 
 _Role = tuple[int, Edge]
 """A node of the first graph, and the edge that it is (a part of)."""
@@ -70,7 +71,9 @@ class BendCheck:
                 rows = np.flatnonzero(here == node)
                 excluded = np.ones(len(rows), dtype=np.bool_)
                 for edge in self._edges_of.get(face[node], []):
-                    excluded &= never_taut(edge, graph.corners[there[rows]], self._tiny)
+                    excluded &= never_taut(
+                        edge, graph.corners[node], graph.corners[there[rows]], self._tiny
+                    )
                 never[rows] |= excluded
         rows = np.flatnonzero(~never)
         never[rows] = self._sight.blocked(graph.corners, pairs[rows])
@@ -134,7 +137,8 @@ class BendCheck:
             others = [self._space.obstacles[k] for k in np.flatnonzero(near).tolist()]
             share, _ = _along(edge, first.corners[nodes_of.get(edge, [])])
             length = float(np.linalg.norm(edge.ends[1] - edge.ends[0]))
-            wider = self._tiny / max(length, 0.5 * self._tiny)  # twice a point
+            beside = _BESIDE * self._space.scale
+            wider = beside / max(length, 0.5 * beside)  # any node on a vertex covers it
             covers = [(low - wider, high + wider) for low, high in np.sort(share).tolist()]
             short = short_part(edge.ends, *self._foci, self._limit)
             bare = open_parts(edge, others, self._space.bounds, self._tiny)
@@ -148,7 +152,7 @@ class BendCheck:
         settled = there | too_long(pieces, self._limit)
         for number, edge in enumerate(edges):
             if edge is not None:
-                never = never_taut(edge, pieces, self._tiny)
+                never = never_taut(edge, pieces[number], pieces, self._tiny)
                 settled[number] |= never
                 settled[:, number] |= never
         pairs = np.argwhere(~settled)

@@ -16,7 +16,7 @@ from hzmp_planners.sets import Polytope
 _FEW = 3_000_000  # numbers worked on at a time
 
 
-def never_taut(edge: Edge, pieces: Floats, tiny: float) -> Bools:
+def never_taut(edge: Edge, here: Floats, pieces: Floats, tiny: float) -> Bools:
     """Pieces to which no taut string leaves straight from the edge, shape (P,).
 
     A string that bends at an edge rises above one of its two facet planes and sinks below the
@@ -24,6 +24,7 @@ def never_taut(edge: Edge, pieces: Floats, tiny: float) -> Bools:
 
     Args:
         edge: one that the string bends at.
+        here: the part of it where it does, shape (2, 3) [m].
         pieces: where it goes, shape (P, 2, 3) [m].
         tiny: heights and distances that are none [m].
     """
@@ -32,7 +33,7 @@ def never_taut(edge: Edge, pieces: Floats, tiny: float) -> Bools:
     length = float(np.linalg.norm(along))
     if length == 0.0:
         return np.zeros(len(pieces), dtype=np.bool_)
-    heights = away @ edge.normals.T
+    heights = (pieces - here[0]) @ edge.normals.T
     above = (heights > tiny).all(axis=(1, 2))
     below = (heights < -tiny).all(axis=(1, 2))
     axis = along / length
