@@ -326,7 +326,7 @@ def test_the_same_seed_gives_the_same_plan() -> None:
 
 
 def test_samples_lie_on_faces_and_informed_sets_shrink_around_the_path() -> None:
-    scene = load_scene("random_2d_s010")
+    scene = load_scene("random_3d_s005")
     result = plan(scene.free_space(), scene.start, scene.goal, time_limit=LONG)
     heights = [
         np.abs(result.samples @ face.normal - face.offset) for face in result.space.graph.faces

@@ -17,13 +17,16 @@ from oracles import load_scene, random_free_points, random_world
 @cache
 def planned(name: str, gap: float = 1e-3) -> Plan:
     scene = load_scene(name)
-    return plan(scene.free_space(), scene.start, scene.goal, time_limit=60.0, gap=gap)
+    space = scene.free_space()
+    if space.n == 2:
+        space = space.overlapping()  # where leaves are disjoint the plane is not bounded over faces
+    return plan(space, scene.start, scene.goal, time_limit=60.0, gap=gap)
 
 
 def chain(result: Plan) -> list[Certificate]:
     links = []
     link = result.certificate
-    while link is not None:
+    while isinstance(link, Certificate):
         links.append(link)
         link = link.parent
     return links
@@ -42,7 +45,8 @@ PLANS = {
     "dividing_walls_3d": (1e-2, 0),  # faces shut by their detours
     "narrow_passage_2d": (1e-3, 1),  # nothing left to bound
     "random_2d_s010": (1e-3, 1),  # potentials
-    "random_3d_s005": (1e-5, 2),  # faces divided and potentials again
+    "random_2d_s001": (1e-5, 2),  # faces divided and potentials again
+    "random_3d_s003": (1e-4, 1),  # potentials on bends
 }
 
 
@@ -89,7 +93,8 @@ def test_a_length_that_was_changed_is_caught(name: str) -> None:
 
 
 def test_a_path_that_was_moved_is_caught() -> None:
-    result = planned("random_2d_s010")
+    scene = load_scene("random_2d_s010")
+    result = plan(scene.free_space(), scene.start, scene.goal)
     rng = np.random.default_rng(0)
     for k in range(len(result.waypoints)):
         points = result.waypoints.copy()
@@ -161,7 +166,7 @@ def test_potentials_that_were_changed_prove_less(name: str) -> None:
     raised = phi.copy()
     raised[1] += 0.01  # at the goal: a higher bound, if the pairs there allowed it
     bent = phi.copy()
-    bent[len(phi) // 2, 0] -= 0.01
+    bent[2:, 0] -= 0.01
     for potentials in (raised, bent, np.zeros_like(phi), np.full_like(phi, np.nan), 1.01 * phi):
         changed = with_chain(result, [replace(links[0], potentials=potentials), *links[1:]])
         assert claims(changed) == {"bound_excess"}
@@ -187,17 +192,14 @@ def test_a_pair_that_was_dropped_is_caught(name: str) -> None:
         short = np.flatnonzero(through < min(c.threshold for c in links) * (1 - 1e-6))
         for row in short[:: max(1, len(short) // 5)]:
             graph = link.graph
-            fewer = CrossingGraph(
-                graph.corners, graph.face, graph.into, graph.out_of,
-                np.delete(graph.pairs, row, axis=0),
-            )  # fmt: skip
+            fewer = replace(graph, pairs=np.delete(graph.pairs, row, axis=0))
             broken = replace(link, graph=fewer, directions=np.delete(link.directions, row, axis=0))
             cheat = with_chain(result, [*links[:place], broken, *links[place + 1 :]])
             assert claims(cheat) == {"bound_excess"}, (place, row)
 
 
 def test_the_chain_cannot_be_shortened_or_its_threshold_raised() -> None:
-    result = planned("random_3d_s005", 1e-5)
+    result = planned("random_2d_s001", 1e-5)
     links = chain(result)
     assert len(links) > 1
     assert claims(with_chain(result, links[:-1])) == {"bound_excess"}
@@ -212,14 +214,16 @@ def test_the_chain_cannot_be_shortened_or_its_threshold_raised() -> None:
 
 
 def test_faces_must_be_divided_without_loss() -> None:
-    result = planned("random_3d_s005", 1e-5)
+    result = planned("random_2d_s001", 1e-5)
     newest, *older = chain(result)
     assert newest.cuts
     assert claims(with_chain(result, [replace(newest, cuts={}), *older])) == {"bound_excess"}
-    node = next(iter(newest.cuts))
-    point, direction = newest.cuts[node]
-    moved = {**newest.cuts, node: (point + 1e-3 * direction, direction)}
-    assert claims(with_chain(result, [replace(newest, cuts=moved), *older])) == {"bound_excess"}
+    # Halves that only longer ways cross may be anything.
+    caught = []
+    for node, (point, direction) in newest.cuts.items():
+        moved = {**newest.cuts, node: (point + 1e-3 * direction, direction)}
+        caught.append(claims(with_chain(result, [replace(newest, cuts=moved), *older])))
+    assert {"bound_excess"} in caught
 
 
 def test_the_certificate_starts_and_ends_where_the_plan_does() -> None:

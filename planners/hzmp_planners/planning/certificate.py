@@ -39,9 +39,9 @@ class CrossingGraph:
     """Shared face of each node, shape (M,), -1 for start and goal; over edges the number of the
     node that this one is a piece of in the first graph."""
     into: Ints
-    """Leaf that the crossing enters, shape (M,); over edges 0."""
+    """Leaf that the crossing enters, shape (M,); over edges the obstacle."""
     out_of: Ints
-    """Leaf that the crossing leaves, shape (M,); over edges 0."""
+    """Leaf that the crossing leaves, shape (M,); over edges the facets (`bends.edges`)."""
     pairs: Ints
     """Consecutive nodes (i, j), shape (E, 2): over faces, i enters the leaf that j leaves."""
     over: Literal["faces", "edges"] = "faces"

@@ -82,6 +82,8 @@ def search_sequences(
         if not np.isfinite(through[node]) or len(sequences) >= most:
             break
         chain = _chain(before[0], node)[::-1] + _chain(before[1], node)[1:]
+        if min(chain[1:-1], default=GOAL + 1) <= GOAL:
+            continue  # by way of the start or goal itself, from one of its leaves into another
         visited = [(index - 2) // per_face for index in chain[1:-1]]
         sequences.setdefault(leaf_route(graph, query, visited)[0])
     return list(sequences)

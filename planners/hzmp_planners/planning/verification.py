@@ -12,7 +12,7 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners._linprog import minimize_linear
 from hzmp_planners.constants import FACE_TOL, MEMBERSHIP_TOL, NORMAL_TOL, PLANE_TOL
 from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.planning.bound_check import certified_bound
+from hzmp_planners.planning.checks.bounds import certified_bound
 from hzmp_planners.planning.result import Plan, PlanStatus, path_length
 from hzmp_planners.sets import Polytope
 
@@ -49,7 +49,7 @@ def verify(plan: Plan) -> Verification:
     """Re-check a plan's path, length, lower bound and verdict.
 
     Nothing is searched or optimised again. The bound follows by arithmetic from the plan's
-    certificate (`bound_check`). That leaves keep out of obstacles, and that separate parts really
+    certificate (`checks.bounds`). That leaves keep out of obstacles, and that separate parts really
     are separate, is checked by linear programs; that leaves and obstacles fill the workspace, by
     seeded samples (evidence, not proof).
     """

@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.constants import PLANE_TOL
@@ -40,6 +41,9 @@ _MARGIN = 1e-9
 """Depth inside a body that stops a line of sight [m at S = 1]."""
 _OFF_PLANE = 1e-9
 """Height above or below a facet plane that counts [m at S = 1]."""
+_ON_LINE = 1e-12
+"""Distance from an edge's line that is none [m at S = 1]: round-off of coordinates. Heights above
+the edge's facets would not do: near a sharp edge or a flat ridge they are next to nothing, too."""
 _SHORTEST = 1e-4  # pieces shorter than this are not cut for sight's sake [m at S = 1]
 _LEAST_FLOW = 1e-3  # flow below this is not worth a cut
 _DIVIDED = 6  # every so many'th piece is divided where flows mix
@@ -85,9 +89,9 @@ class BendGraphs:
     def _build(self, edges: Edges, foci: tuple[Floats, Floats], threshold: float) -> CrossingGraph:
         pieces = np.concatenate([np.array([[foci[0]] * 2, [foci[1]] * 2]), edges.ends])
         tail, head = np.nonzero(_short_enough(pieces, foci, threshold))
-        number, none = np.arange(len(pieces)), np.zeros(len(pieces), dtype=np.int64)
-        pairs = np.column_stack([tail, head])
-        graph = CrossingGraph(pieces, number, none, none, pairs, "edges")
+        number, pairs = np.arange(len(pieces)), np.column_stack([tail, head])
+        owner, facets = (np.append([-1, -1], part) for part in (edges.owner, edges.facets))
+        graph = CrossingGraph(pieces, number, owner, facets, pairs, "edges")
         return self._without_excluded(graph, np.ones(len(pieces), dtype=np.bool_))
 
     def loose_points(self, relaxation: Relaxation) -> Cuts:
@@ -146,9 +150,8 @@ def _short_enough(pieces: Floats, foci: tuple[Floats, Floats], threshold: float)
     middle = pieces.mean(axis=1)
     radius = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1) / 2.0
     ahead, back = (np.linalg.norm(middle - focus, axis=1) - radius for focus in foci)
-    square = (middle**2).sum(axis=1)
-    apart = np.sqrt(np.maximum(square[:, None] + square - 2.0 * middle @ middle.T, 0.0))
-    between = np.maximum(apart - radius[:, None] - radius, 0.0)
+    # Squares and products would lose half of the digits between points that are near each other.
+    between = np.maximum(cdist(middle, middle) - radius[:, None] - radius, 0.0)
     short = ahead[:, None] + between + back < threshold * (1.0 + 1e-9)
     short[TARGET] = short[:, SOURCE] = False
     np.fill_diagonal(short, False)
@@ -167,9 +170,12 @@ def never_joined(pieces: Floats, normals: Floats, pairs: Ints, scale: float) -> 
     excluded = np.zeros(len(pairs), dtype=np.bool_)
     for here, there in (pairs.T, pairs.T[::-1]):
         away = pieces[there] - pieces[here, :1]
+        along = pieces[here, 1] - pieces[here, 0]
+        length = np.linalg.norm(along, axis=1)
+        aside = np.linalg.norm(np.cross(away, along[:, None]), axis=2).max(axis=1)
         heights = np.einsum("ekn,emn->emk", away, normals[here])
         outside = (heights > _OFF_PLANE * scale).all(axis=(1, 2))
         inside = (heights < -_OFF_PLANE * scale).all(axis=(1, 2))
-        on_line = (np.abs(heights) <= _OFF_PLANE * scale).all(axis=(1, 2))
-        excluded |= outside | inside | (on_line & normals[here].any(axis=(1, 2)))
+        on_line = (aside <= _ON_LINE * scale * length) & (length > 0.0)
+        excluded |= outside | inside | on_line
     return excluded

@@ -5,32 +5,42 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.sets import Polytope
 
-_ON_FACET = 1e-9  # distance of a vertex from its facet, relative to the obstacle's coordinates
+_ON_FACET = 4e-9  # distance of a vertex from its facet, relative to the obstacle's coordinates
+_ON_LINE = 1e-9  # distance of vertices from an edge, relative to its length
 
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Edges, or pieces of them, and vertices at which more than three facets meet."""
+    """Edges, or pieces of them, and vertices at which more than three facets meet.
+
+    Of obstacles so thin that vertices lie on facets they do not belong to, everything that may be
+    an edge is here.
+    """
 
     ends: Floats
     """Shape (E, 2, 3) [m]; a vertex has its point twice."""
     normals: Floats
-    """Outward unit normals of the two facets at an edge, shape (E, 2, 3); zero at a vertex."""
+    """Outward unit normals of the two facets at an edge, shape (E, 2, 3); zero at a vertex, and
+    where it is not known which facets they are."""
     owner: Ints
     """The obstacle of each edge, shape (E,)."""
+    facets: Ints
+    """The two facets f < g of an obstacle with m as one number f m + g, shape (E,); -1 at a vertex,
+    and where it is not known which facets they are."""
 
     def __len__(self) -> int:
         return len(self.ends)
 
     def take(self, rows: Ints) -> Edges:
         """Some of the edges."""
-        return Edges(self.ends[rows], self.normals[rows], self.owner[rows])
+        return Edges(self.ends[rows], self.normals[rows], self.owner[rows], self.facets[rows])
 
 
 def obstacle_edges(obstacles: Sequence[Polytope]) -> Edges:
@@ -46,11 +56,13 @@ def obstacle_edges(obstacles: Sequence[Polytope]) -> Edges:
         _edges_of(np.array(numbers), [obstacles[i] for i in numbers]) for numbers in alike.values()
     ]
     if not parts:
-        return Edges(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)), np.zeros(0, dtype=np.int64))
+        none = np.zeros(0, dtype=np.int64)
+        return Edges(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)), none, none)
     return Edges(
         np.concatenate([part.ends for part in parts]),
         np.concatenate([part.normals for part in parts]),
         np.concatenate([part.owner for part in parts]),
+        np.concatenate([part.facets for part in parts]),
     )
 
 
@@ -77,13 +89,37 @@ def _edges_of(numbers: Ints, obstacles: Sequence[Polytope]) -> Edges:
     offset = np.cross(points - segment[:, :1], along[:, None])
     aside = np.where(shared, np.linalg.norm(offset, axis=2), 0.0).max(axis=1)
     size = (along**2).sum(axis=1)
-    # Two facets of one plane have vertices in common that are not on a line: no edge.
-    real = np.flatnonzero((size > 0.0) & (aside <= 1e-6 * size))
+    straight = aside <= _ON_LINE * size
+    real = np.flatnonzero((size > 0.0) & straight)
     facets = np.stack([one[pair], two[pair]], axis=1)[real]
     crowded, vertex = np.nonzero(on.sum(axis=1) > 3)
-    points = vertices[crowded, vertex][:, None]
+    unsure, ends = _joined(body[~straight], shared[~straight])
+    crowded, ends = np.append(crowded, unsure), np.vstack([np.stack([vertex] * 2, axis=1), ends])
     return Edges(
-        np.concatenate([segment[real], np.broadcast_to(points, (len(points), 2, 3))]),
-        np.concatenate([normals[body[real, None], facets], np.zeros((len(points), 2, 3))]),
+        np.concatenate([segment[real], vertices[crowded[:, None], ends]]),
+        np.concatenate([normals[body[real, None], facets], np.zeros((len(ends), 2, 3))]),
         numbers[np.concatenate([body[real], crowded])],
+        np.append(facets @ [normals.shape[1], 1], np.full(len(ends), -1)),
     )
+
+
+def _joined(body: Ints, shared: Bools) -> tuple[Ints, Ints]:
+    """All pairs of vertices that two facets share which have more than a line in common.
+
+    The facets are nearly one plane, seen from one side or from two: which of the vertices their
+    edge joins is below round-off.
+
+    Args:
+        body: of the two facets, shape (c,).
+        shared: the vertices on both, shape (c, v).
+
+    Returns:
+        Body (s,) and ends (s, 2) of each segment once.
+    """
+    found = {
+        (number, *ends)
+        for number, row in zip(body.tolist(), shared, strict=True)
+        for ends in combinations(np.flatnonzero(row).tolist(), 2)
+    }
+    rows = np.array(sorted(found), dtype=np.int64).reshape(-1, 3)
+    return rows[:, 0], rows[:, 1:]

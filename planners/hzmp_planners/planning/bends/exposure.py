@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
@@ -41,7 +43,7 @@ def exposed_edges(
     chosen, share = _uncovered(first[rows], last[rows], *_covers(edges, blockers, wider))
     origin = edges.ends[chosen, :1]
     pieces = origin + share[:, :, None] * (edges.ends[chosen, 1:] - origin)
-    return Edges(pieces, edges.normals[chosen], edges.owner[chosen])
+    return replace(edges.take(chosen), ends=pieces)
 
 
 def _inside_ellipsoid(

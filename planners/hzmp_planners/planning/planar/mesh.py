@@ -15,6 +15,9 @@ from hzmp_planners._links import component_labels
 from hzmp_planners.constants import SPLINTER_TOL
 from hzmp_planners.free_space import FreeSpace
 
+_ONE_POINT = 1e-9
+"""Ends of faces nearer than this [m at S = 1] are one point."""
+
 Exit = tuple[int, int, float, float, int, float, float, int]
 """A face as the way out of a leaf: face, leaf beyond, left end x, y and number, right end x, y and
 number. Numbers are those of corners; -1 where no string bends."""
@@ -72,13 +75,12 @@ def _corner_numbers(space: FreeSpace) -> tuple[Ints, Ints]:
     none = np.zeros(0, dtype=np.int64)
     if not space.obstacles or not len(ends):
         return number, none
-    tol = SPLINTER_TOL * space.scale
-    vertices = cKDTree(np.concatenate([block.vertices() for block in space.obstacles]))
-    distance, vertex = vertices.query(ends, distance_upper_bound=tol)
-    bends = np.flatnonzero(distance <= tol)
-    # A string cannot tell vertices apart that are as near as that, nor one of two obstacles.
-    near = vertices.query_pairs(tol, output_type="ndarray")
-    place = component_labels(near, vertices.n)[np.asarray(vertex)[bends]]
+    vertices = np.concatenate([block.vertices() for block in space.obstacles])
+    reach = SPLINTER_TOL * space.scale
+    distance, _ = cKDTree(vertices).query(ends, distance_upper_bound=reach)
+    bends = np.flatnonzero(distance <= reach)
+    same = cKDTree(ends[bends]).query_pairs(_ONE_POINT * space.scale, output_type="ndarray")
+    place = component_labels(same, len(bends))
     keys = (place[:, None] * graph.leaf_count + graph.ends[bends >> 1]).ravel()
     _, key = np.unique(keys, return_inverse=True)
     count = len(bends)

@@ -1,8 +1,9 @@
 """Recomputing a plan's lower bound from its certificate by arithmetic.
 
 Nothing here searches or optimises. Faces and pairs that the planner pruned are enumerated anew
-from the leaf graph, each with a linear lower bound (a vertex minimum); potentials are checked
-vertex by vertex; the least slack along a path is found by relaxation sweeps.
+from the leaf graph, each with a linear lower bound (a vertex minimum), or for a chain over edges
+the bends anew from the obstacles (`checks.bends`); potentials are checked vertex by vertex; the
+least slack along a path is found by relaxation sweeps. Potentials at corners: `checks.corners`.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.planning.certificate import SOURCE, TARGET, Certificate, CrossingGraph
-from hzmp_planners.planning.corner_check import corner_bound
+from hzmp_planners.planning.checks.bends import BendCheck
+from hzmp_planners.planning.checks.corners import corner_bound
+from hzmp_planners.planning.checks.detours import detour_bounds, reached
 from hzmp_planners.planning.crossings import split_nodes, three_leg_bounds
-from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.planar.certificate import CornerCertificate
 from hzmp_planners.planning.result import Plan
 
@@ -52,11 +54,20 @@ def certified_bound(plan: Plan) -> float:
 
 def _replayed(plan: Plan, chain: list[Certificate]) -> float:
     """The bound of a chain of certificates, each link checked against the one before."""
-    if not _first_graph_is_complete(plan, chain[0]):
+    first = chain[0]
+    if len({certificate.graph.over for certificate in chain}) > 1:
+        return -math.inf
+    bends: BendCheck | None = None
+    if first.graph.over == "edges":
+        bends = BendCheck(plan.space, (plan.start, plan.goal), first.graph, first.threshold * _SAFE)
+        complete = bends.complete
+    else:
+        complete = _first_graph_is_complete(plan, first)
+    if not complete:
         return -math.inf
     for certificate, successor in pairwise(chain):
         kept = _least_through(certificate) < successor.threshold * _SAFE
-        if not _successor_is_complete(certificate.graph, kept, successor):
+        if not _successor_is_complete(certificate.graph, kept, successor, bends):
             return -math.inf
     threshold = min(certificate.threshold for certificate in chain) * _SAFE
     return min(threshold, float(_least_through(chain[-1]).min(initial=math.inf)))
@@ -65,37 +76,23 @@ def _replayed(plan: Plan, chain: list[Certificate]) -> float:
 def _separating_bound(plan: Plan) -> float:
     """With the faces of detour >= bound shut, start and goal must be separate."""
     graph, space = plan.space.graph, plan.space
-    _, x = least_detour(graph.corners, plan.start, plan.goal)
-    bound = _detour_bounds(graph.corners, x, plan.start, plan.goal)
+    bound = detour_bounds(graph.corners, plan.start, plan.goal)
     shut = bound >= plan.lower_bound - 1e-9 * space.scale
-    reached = set(space.leaves_at(plan.start).tolist())
+    known = set(space.leaves_at(plan.start).tolist())
     goals = set(space.leaves_at(plan.goal).tolist())
     ends = graph.ends.tolist()
-    frontier = list(reached)
+    frontier = list(known)
     while frontier:
         leaf = frontier.pop()
         for face in graph.faces_at(leaf).tolist():
             if not shut[face]:
                 for other in ends[face]:
-                    if other not in reached:
-                        reached.add(other)
+                    if other not in known:
+                        known.add(other)
                         frontier.append(other)
-    if reached & goals:
+    if known & goals:
         return -math.inf
     return float(bound[shut].min(initial=math.inf))
-
-
-def _detour_bounds(corners: Floats, x: Floats, s: Floats, g: Floats) -> Floats:
-    """Tangent-plane lower bounds of min |x - s| + |x - g| over each face, shape (F,).
-
-    The function is convex, so f(x0) + f'(x0).(v - x0) at the vertices v bounds it for any x0.
-    """
-    away_s, away_g = x - s, x - g
-    size_s = np.linalg.norm(away_s, axis=1, keepdims=True)
-    size_g = np.linalg.norm(away_g, axis=1, keepdims=True)
-    slope = away_s / np.maximum(size_s, 1e-300) + away_g / np.maximum(size_g, 1e-300)
-    rise = np.einsum("fkn,fn->fk", corners - x[:, None], slope).min(axis=1)
-    return np.asarray((size_s + size_g)[:, 0] + rise)
 
 
 def _first_graph_is_complete(plan: Plan, first: Certificate) -> bool:
@@ -127,7 +124,9 @@ def _first_graph_is_complete(plan: Plan, first: Certificate) -> bool:
     return _holds_short_ways(whole, first)
 
 
-def _successor_is_complete(graph: CrossingGraph, kept: Bools, successor: Certificate) -> bool:
+def _successor_is_complete(
+    graph: CrossingGraph, kept: Bools, successor: Certificate, bends: BendCheck | None
+) -> bool:
     """Whether the next graph of the chain has all that is kept, its faces divided without loss."""
     divided = split_nodes(replace(graph, pairs=graph.pairs[kept]), successor.cuts)
     for half, node in enumerate(successor.cuts):
@@ -139,26 +138,33 @@ def _successor_is_complete(graph: CrossingGraph, kept: Bools, successor: Certifi
         reach = float(np.abs(corners).max() * np.ptp(corners, axis=0).max())
         if abs(parts - whole) > 1e-9 * whole + 1e-14 * reach:
             return False
-    return _holds_short_ways(divided, successor)
+    return _holds_short_ways(divided, successor, bends)
 
 
-def _holds_short_ways(wider: CrossingGraph, certificate: Certificate) -> bool:
-    """Whether each pair of `wider` on a way shorter than the threshold is in the certificate's."""
+def _holds_short_ways(
+    wider: CrossingGraph, certificate: Certificate, bends: BendCheck | None = None
+) -> bool:
+    """Whether each pair of `wider` on a way shorter than the threshold is in the certificate's.
+
+    Over edges pairs may be missing, too, that no taut string joins.
+    """
     limit = certificate.threshold * _SAFE
     s, g = wider.corners[SOURCE, 0], wider.corners[TARGET, 0]
-    _, x = least_detour(wider.corners, s, g)
-    near = _detour_bounds(wider.corners, x, s, g) < limit
+    near = detour_bounds(wider.corners, s, g) < limit
     tail, head = wider.pairs.T
     pairs = wider.pairs[near[tail] & near[head] & (three_leg_bounds(wider) < limit)]
-    ahead = _reached(pairs, SOURCE, len(wider.corners))
-    back = _reached(pairs[:, ::-1], TARGET, len(wider.corners))
-    needed = pairs[ahead[pairs[:, 0]] & back[pairs[:, 1]]]
-    names = _names(wider)
-    held = _names(certificate.graph)
+    names, held = _names(wider), _names(certificate.graph)
     if held[:2] != names[:2] or len(set(held)) < len(held):
         return False
     present = {(held[i], held[j]) for i, j in certificate.graph.pairs.tolist()}
-    return all((names[i], names[j]) in present for i, j in needed.tolist())
+    missing = np.array([(names[i], names[j]) not in present for i, j in pairs.tolist()], dtype=bool)
+    if bends is not None:
+        rows = np.flatnonzero(missing)
+        never = rows[bends.never_joined(wider, pairs[rows])]
+        pairs, missing = np.delete(pairs, never, axis=0), np.delete(missing, never)
+    ahead = reached(pairs, SOURCE, len(wider.corners))
+    back = reached(pairs[:, ::-1], TARGET, len(wider.corners))
+    return not (missing & ahead[pairs[:, 0]] & back[pairs[:, 1]]).any()
 
 
 def _names(graph: CrossingGraph) -> list[tuple[int, int, bytes]]:
@@ -167,17 +173,6 @@ def _names(graph: CrossingGraph) -> list[tuple[int, int, bytes]]:
         (int(face), int(leaf), corners.tobytes())
         for face, leaf, corners in zip(graph.face, graph.into, graph.corners, strict=True)
     ]
-
-
-def _reached(pairs: Ints, root: int, nodes: int) -> Bools:
-    """Nodes that the directed pairs lead to from the root, shape (nodes,)."""
-    seen = np.zeros(nodes, dtype=np.bool_)
-    seen[root] = True
-    while True:
-        fresh = pairs[seen[pairs[:, 0]] & ~seen[pairs[:, 1]], 1]
-        if not len(fresh):
-            return seen
-        seen[fresh] = True
 
 
 def _least_through(certificate: Certificate) -> Floats:

@@ -33,11 +33,15 @@ def corner_bound(plan: Plan, certificate: CornerCertificate) -> float:
         bend = _bending_side(space, vertex)
         if not len(bend):
             continue
-        near = np.linalg.norm(certificate.corners - vertex, axis=1) <= _NEAR * space.scale
-        match = np.flatnonzero(near & np.isin(certificate.leaves, bend))
+        away = np.linalg.norm(certificate.corners - vertex, axis=1)
+        near = away <= _NEAR * space.scale
+        # Any number may stand for a node; that of its own side is the one that may prove something.
+        same_side = near & np.isin(certificate.leaves, bend)
+        match = np.flatnonzero(same_side if same_side.any() else near)
         if not len(match):
             return -math.inf
-        nodes.append((vertex, bend, float(certificate.potentials[match].min())))
+        nearest = match[away[match].argmin()]
+        nodes.append((vertex, bend, float(certificate.potentials[nearest])))
     points = np.array([node[0] for node in nodes])
     phi = np.array([node[2] for node in nodes])
     apart = np.linalg.norm(points[:, None] - points, axis=2)

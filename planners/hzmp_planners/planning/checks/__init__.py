@@ -1,0 +1,1 @@
+"""What the planner left out of its graphs, justified anew and by other code."""

@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.planning import Plan, PlanStatus, plan, verify
+from hzmp_planners.planning.planar.certificate import CornerCertificate
+from hzmp_planners.planning.planar.mesh import build_mesh
+from hzmp_planners.planning.planar.taut_search import TautSearch
+from hzmp_planners.sets import Polytope
+from oracles import load_scene, random_free_points, random_world
+
+
+def box(*corners: float) -> Polytope:
+    return Polytope.from_box(corners[:2], corners[2:])
+
+
+def room(*blocks: Polytope, side: float = 4.0) -> FreeSpace:
+    return FreeSpace.decompose(bounds=([0.0, 0.0], [side, side]), obstacles=blocks)
+
+
+def corner_proof(result: Plan) -> CornerCertificate:
+    assert isinstance(result.certificate, CornerCertificate)
+    return result.certificate
+
+
+@pytest.mark.parametrize("kind", ["boxes", "hulls", "grid", "loose grid"])
+def test_paths_and_bounds_agree_and_are_verified(kind: str) -> None:
+    rng = np.random.default_rng(sum(map(ord, kind)))
+    for _ in range(12):
+        world = random_world(rng, kind, 2, 12)
+        start, goal = random_free_points(rng, world, 2)
+        result = plan(world.free_space(), start, goal, gap=0.0, time_limit=60.0)
+        if result.status is not PlanStatus.INFEASIBLE:
+            assert result.gap <= 1e-12
+        assert verify(result).ok, verify(result).describe()
+
+
+def test_a_search_that_was_stopped_goes_on_and_its_bound_only_rises() -> None:
+    scene = load_scene("random_2d_s001")
+    space = scene.free_space()
+    ends = space.leaves_at(scene.start), space.leaves_at(scene.goal)
+    search = TautSearch(build_mesh(space), scene.start, scene.goal, *ends)
+    bounds = [search.bound]
+    while search.path is None:
+        search.run(deadline=-math.inf)
+        bounds.append(search.bound)
+    assert len(bounds) > 3
+    assert (np.diff(bounds) >= 0.0).all()
+    length = np.linalg.norm(np.diff(search.path.waypoints, axis=0), axis=1).sum()
+    assert length == pytest.approx(bounds[-1], rel=1e-12)
+
+
+def test_no_path_shorter_than_a_limit_is_a_bound() -> None:
+    scene = load_scene("random_2d_s010")
+    space = scene.free_space()
+    ends = space.leaves_at(scene.start), space.leaves_at(scene.goal)
+    search = TautSearch(build_mesh(space), scene.start, scene.goal, *ends)
+    best = plan(space, scene.start, scene.goal).cost
+    search.run(limit=0.99 * best)
+    assert search.path is None
+    assert search.bound >= 0.99 * best
+
+
+def test_obstacles_that_touch_in_a_point_leave_no_passage_and_two_corners() -> None:
+    space = room(box(0.0, 2.0, 2.0, 3.0), box(2.0, 1.0, 3.0, 2.0), side=4.0)
+    result = plan(space, [1.0, 1.0], [3.0, 3.0], gap=0.0)
+    # Through the point it would be 2.83; around the lower box by its right side it is longer.
+    around = math.dist((1.0, 1.0), (3.0, 1.0)) + 1.0 + math.dist((3.0, 2.0), (3.0, 3.0))
+    assert result.cost == pytest.approx(around, rel=1e-12)
+    assert verify(result).ok, verify(result).describe()
+
+
+@pytest.mark.parametrize("start", [(1.0, 1.0), (1.0, 2.0), (2.0, 1.5), (0.0, 0.0), (4.0, 1.5)])
+def test_starts_on_corners_faces_and_walls(start: tuple[float, float]) -> None:
+    space = room(box(1.0, 1.0, 2.0, 2.0), box(2.5, 0.5, 3.5, 3.0))
+    for goal in [(4.0, 4.0), (2.5, 3.0), (2.25, 1.5), (3.75, 1.0)]:
+        result = plan(space, start, goal, gap=0.0)
+        assert result.gap <= 1e-12
+        assert verify(result).ok, verify(result).describe()
+        back = plan(space, goal, start, gap=0.0)
+        assert back.cost == pytest.approx(result.cost, rel=1e-12, abs=1e-12)
+
+
+def test_changed_potentials_prove_less() -> None:
+    scene = load_scene("random_2d_s010")
+    result = plan(scene.free_space(), scene.start, scene.goal)
+    proof = corner_proof(result)
+    none = np.zeros(0, dtype=np.int64)
+    forged = [
+        replace(proof, potentials=proof.potentials - 0.05),
+        replace(proof, potentials=np.full_like(proof.potentials, math.nan)),
+        replace(proof, potentials=np.zeros_like(proof.potentials)),
+        replace(proof, bound=1.01 * proof.bound),
+        replace(
+            proof,
+            corners=proof.corners[none],
+            leaves=proof.leaves[none],
+            potentials=proof.potentials[none],
+        ),
+    ]
+    for lie in forged:
+        report = verify(replace(result, certificate=lie, lower_bound=max(result.cost, lie.bound)))
+        assert report.residuals["bound_excess"] > 1e-4
+
+
+def test_out_of_time_leaves_a_proved_bound() -> None:
+    scene = load_scene("random_2d_s001")
+    result = plan(scene.free_space(), scene.start, scene.goal, time_limit=1e-4, gap=0.0)
+    assert result.lower_bound <= 0.8084174 * (1.0 + 1e-6)
+    assert verify(result).ok, verify(result).describe()
