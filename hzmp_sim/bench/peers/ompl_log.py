@@ -74,9 +74,9 @@ def log_text(results: Results, scene: SceneResult, check: str) -> str:
 
 
 def _planner(name: str, runs: Sequence[Run], scene: SceneResult) -> list[str]:
-    prefix = "geometric" if is_sampler(name) else "hzmp"
+    family = "geometric_" if is_sampler(name) else ""
     return [
-        f"{prefix}_{BY_NAME[name].name.replace('-', '_')}",
+        f"{family}{name.replace('-', '_')}",
         "1 common properties",
         f"name = {BY_NAME[name].title}",
         f"{len(_PROPERTIES)} properties for each run",

@@ -12,17 +12,17 @@ from hzmp_sim.bench.peers.analysis import (
     Timed,
     effort,
     groups,
-    is_free,
     scene_medians,
     summary,
     timed,
 )
 from hzmp_sim.bench.peers.convex_report import convex_sets
 from hzmp_sim.bench.peers.planners import PLANNERS, is_sampler
-from hzmp_sim.bench.peers.results import COLD, OURS, WARM, Results
+from hzmp_sim.bench.peers.results import COLD, WARM, Results
+from hzmp_sim.bench.peers.scene_report import rechecks, scenes
 from hzmp_sim.bench.peers.statistics import cost_at, median, ratio
 from hzmp_sim.bench.peers.words import costs, times
-from hzmp_sim.bench.tables import Table, percent, short
+from hzmp_sim.bench.tables import Table, percent
 
 _CHECKS = {
     "exact": "edges checked exactly",
@@ -35,7 +35,7 @@ def tables_of(results: Results) -> list[Table]:
     checks = list(effort(results)["checks"])
     tables = [_ratios(results, checks[0]), *(_planners(results, check) for check in checks)]
     tables += [_curves(results, check) for check in checks]
-    tables += [convex_sets(results), _rechecks(results), _scenes(results)]
+    tables += [convex_sets(results), rechecks(results), scenes(results)]
     if results.skipped or results.remarks:
         remarks = [*results.skipped, *results.remarks]
         tables.append(Table("Not measured", (), (), remarks=remarks))
@@ -52,7 +52,8 @@ def markdown(results: Results, figures: Sequence[str] = (), maker: str | None = 
     """
     made = f"<!-- made by: {maker or results.command} -->"
     facts, done = results.machine, effort(results)
-    versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
+    known = sorted(facts["versions"].items())
+    versions = ", ".join(f"{name} {number}" for name, number in known)
     lines = [
         made,
         f"{facts['processor']}, {facts['cores']} cores, one thread used; load {facts['load']:g} "
@@ -63,7 +64,7 @@ def markdown(results: Results, figures: Sequence[str] = (), maker: str | None = 
     lines += [table.markdown() for table in tables_of(results)]
     for figure in figures:
         lines += [f"{made}\n![{figure.rsplit('/', 1)[-1].split('.')[0]}]({figure})\n"]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
 
 
 def _ratios(results: Results, check: str) -> Table:
@@ -168,76 +169,3 @@ def _curves(results: Results, check: str) -> Table:
         rows,
         "Medians as above. A planner that was stopped, or late, appears at the time it reported.",
     )
-
-
-def _rechecks(results: Results) -> Table:
-    scenes = {scene.name: scene for scene in results.scenes}
-    rows = []
-    for planner in PLANNERS:
-        runs = [run for run in results.runs if run.planner == planner.name]
-        paths = [run for run in runs if run.claimed is not None]
-        if not runs:
-            continue
-        deepest = max((run.depth for run in paths), default=0.0)
-        astray = sum(not is_free(run, scenes[run.scene]) for run in paths)
-        excess = [
-            run.lower_bound / best - 1.0
-            for run in runs
-            if run.lower_bound and (best := scenes[run.scene].reference) is not None
-        ]
-        notes = [run.note for run in runs if run.note.startswith(("failed", "did not end"))]
-        rows.append(
-            (
-                planner.title,
-                f"{len(paths):,}",
-                f"{astray:,}",
-                "0" if deepest == 0.0 else f"{deepest:.1e} m",
-                f"{max(excess):+.1e}" if excess else "",
-                str(len(notes)) if notes else "",
-            )
-        )
-    lines = [f"DEFECT: {defect}" for defect in results.defects]
-    return Table(
-        "Every returned path, checked again",
-        ("planner", "paths", "not free", "deepest in an obstacle", "bound over best", "failures"),
-        rows,
-        "By code that no planner uses: segments against obstacles, exactly. A path is free if no "
-        "point of it is deeper than a millionth of the workspace in an obstacle, which is what "
-        "convex solvers leave, and its ends are start and goal. Bound over best: the largest lower "
-        "bound relative to the best path known in its scene; above 0, it is wrong by so much.",
-        lines,
-    )
-
-
-def _scenes(results: Results) -> Table:
-    known = {planner.name: planner.title for planner in PLANNERS}
-    rows = []
-    for scene in results.scenes:
-        best = scene.reference
-        ours = [run for run in results.runs if run.scene == scene.name and run.planner in OURS]
-        offline = median(run.offline_s for run in ours if run.planner == COLD)
-        rows.append(
-            (
-                scene.name,
-                scene.group,
-                f"{scene.obstacles:,}",
-                f"{scene.leaves:,}",
-                f"{scene.faces:,}",
-                times(offline),
-                short(scene.straight, 4),
-                "-" if best is None else f"{best:.6g}",
-                known.get(scene.source, scene.source),
-                "-" if best is None else costs(scene.lower_bound / best, 5),
-            )
-        )
-    return Table(
-        "Scenes",
-        (
-            "scene", "group", "obstacles", "leaves", "shared faces", "decomposition with graph",
-            "start to goal [m]", "best path [m]", "found by", "our bound / best",
-        ),
-        rows,
-        "The decomposition is ours, median of the runs. In 2-D the best path is the optimum, by an "
-        "exact visibility graph; in 3-D nobody knows more than the best path that was found, and "
-        "the lower bounds.",
-    )  # fmt: skip

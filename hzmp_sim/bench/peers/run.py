@@ -10,6 +10,7 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from rich.console import Console
 
 from hzmp_sim.bench.fresh import FreshProcesses
 from hzmp_sim.bench.machine import machine
@@ -56,7 +57,8 @@ def bench_peers(settings: PeersSettings, command: str) -> Results:
     with ExitStack() as stack:
         processes = stack.enter_context(FreshProcesses(*modules))
         total = sum(len(jobs) for _, (jobs, _) in listed)
-        advance = stack.enter_context(progress("Planning", total))
+        console = Console(stderr=True, highlight=False)
+        advance = stack.enter_context(progress("Planning", total, console=console))
         for scene, (jobs, left_out) in listed:
             skipped += left_out
             found: list[dict[str, Any]] = []
@@ -68,6 +70,7 @@ def bench_peers(settings: PeersSettings, command: str) -> Results:
             mine.sort(key=lambda run: (run.planner, run.check, run.seed))
             runs += mine
             results.append(_scene_result(scene, found, mine))
+            console.print(_line(results[-1], len(mine)))
     return Results(
         command=command,
         machine=facts,
@@ -88,6 +91,12 @@ def _scenes(settings: PeersSettings) -> tuple[list[BoxScene], list[str]]:
     if settings.scenes is None:
         return default_scenes(settings.seed, settings.quick)
     return read_scenes(settings.scenes), []
+
+
+def _line(scene: SceneResult, runs: int) -> str:
+    """How far the benchmark is: a line for each scene that is done."""
+    best = "no path" if scene.reference is None else f"best path {scene.reference:.6g} m"
+    return f"{scene.name}: {runs} runs, {best}"
 
 
 def _scene_result(scene: BoxScene, found: list[dict[str, Any]], runs: list[Run]) -> SceneResult:
