@@ -19,6 +19,7 @@ from hzmp_sim.bench.peers.statistics import (
     ratio,
     thinned,
     time_to,
+    time_to_gap,
     wilson,
 )
 
@@ -56,6 +57,14 @@ def test_a_history_is_read_at_times_and_costs() -> None:
     assert first_time([]) == INF
     assert [cost_at(history, t) for t in (0.005, 0.01, 0.1, 9.0)] == [INF, 3.0, 2.0, 1.5]
     assert [time_to(history, cost) for cost in (5.0, 2.0, 1.9, 1.0)] == [0.01, 0.02, 0.5, INF]
+
+
+def test_a_gap_is_reached_when_cost_and_bound_are_near() -> None:
+    history, bounds = [[0.01, 3.0], [0.5, 2.02]], [[0.001, 1.0], [0.2, 2.0]]
+    reached = [time_to_gap(history, bounds, gap) for gap in (2.0, 0.5, 0.011, 0.001)]
+    assert reached == [0.01, 0.2, 0.5, INF]
+    assert time_to_gap([], bounds, 1.0) == INF
+    assert time_to_gap(history, [], 1.0) == INF
 
 
 def test_thinning_keeps_the_first_path_and_is_never_late() -> None:
@@ -96,7 +105,8 @@ def results_of(*runs: Run, **changes: Any) -> Results:
         "versions": {},
     }
     return Results(
-        "hzmp-sim bench peers", facts, {"effort": effort, "seed": 4}, "2026-01-02 03:04:05",
+        "hzmp-sim bench peers", facts, {"effort": effort, "seed": 4, "gap": 1e-3},
+        "2026-01-02 03:04:05",
         [scene_result(**changes)], list(runs), ["Drake GCS: not measured"], [], 1.0,
     )  # fmt: skip
 

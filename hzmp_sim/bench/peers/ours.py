@@ -83,9 +83,12 @@ def run_of(
         offline: by decomposition and graph [s].
     """
     history: list[list[float]] = []
-    for when, cost, _ in made.history:
+    bounds: list[list[float]] = []
+    for when, cost, bound in made.history:
         if math.isfinite(cost) and (not history or cost < history[-1][1]):
             history.append([shift + when, cost])
+        if math.isfinite(bound) and (not bounds or bound > bounds[-1][1]):
+            bounds.append([shift + when, bound])
     found: dict[str, Any] = {}
     defects: list[str] = []
     if len(made.waypoints):
@@ -102,7 +105,7 @@ def run_of(
     run = Run(
         scene=scene.name, planner=planner, check="", seed=seed, history=history,
         total_s=shift + spent, offline_s=offline, claimed=made.cost if found else None,
-        lower_bound=made.lower_bound if math.isfinite(made.lower_bound) else 0.0,
+        lower_bound=made.lower_bound if math.isfinite(made.lower_bound) else 0.0, bounds=bounds,
         defects=defects, note=made.status.name.lower(), **found,
     )  # fmt: skip
     return asdict(run)

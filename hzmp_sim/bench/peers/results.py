@@ -40,6 +40,8 @@ class Run:
     """Its length as the planner has it [m]."""
     lower_bound: float = 0.0
     """What the planner proved [m]; 0: nothing."""
+    bounds: list[list[float]] = field(default_factory=list)
+    """(time since the query [s], lower bound [m]) each time the bound improved."""
     bound_s: float = 0.0
     """What that took, where it is not a part of `total_s` [s]."""
     depth: float = 0.0

@@ -48,6 +48,21 @@ def time_to(history: History, cost: float) -> float:
     return next((when for when, reached in history if reached <= cost), math.inf)
 
 
+def time_to_gap(history: History, bounds: History, gap: float) -> float:
+    """When (cost - bound) / bound was at most a gap [s]; inf: never.
+
+    Args:
+        history: (time [s], cost [m]).
+        bounds: (time [s], lower bound [m]).
+        gap: relative.
+    """
+    for when in sorted(time for time, _ in (*history, *bounds)):
+        bound = max((value for time, value in bounds if time <= when), default=0.0)
+        if cost_at(history, when) - bound <= gap * bound:
+            return when
+    return math.inf
+
+
 def thinned(history: History) -> list[list[float]]:
     """The first entry, and costs at times at least 1 % apart.
 
