@@ -83,6 +83,7 @@ def test_our_runs_are_measured_cold_and_warm() -> None:
         assert run.cost == pytest.approx(best["cost"], rel=1e-3)
         assert run.lower_bound <= best["cost"] * (1.0 + 1e-9)
         assert run.depth < 1e-8
+        assert run.bounds[-1][1] == run.lower_bound
     assert cold.history[0][0] > cold.offline_s > 0.0
     assert answer["leaves"] == 4
 

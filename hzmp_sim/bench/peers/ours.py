@@ -92,8 +92,8 @@ def run_of(
     found: dict[str, Any] = {}
     defects: list[str] = []
     if len(made.waypoints):
-        bounds = scene.lo, scene.hi
-        true = recheck(made.waypoints.tolist(), scene.obstacles(), bounds, scene.start, scene.goal)
+        box = scene.lo, scene.hi
+        true = recheck(made.waypoints.tolist(), scene.obstacles(), box, scene.start, scene.goal)
         found = {"cost": true.length, "depth": true.depth, "end_error": true.end_error}
         tol = FREE_TOL * scene.size
         if true.depth > tol:
