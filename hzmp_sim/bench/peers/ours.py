@@ -1,7 +1,8 @@
 """HZ-MP on one scene: with the decomposition in its time, and on a free space that is there.
 
-Times are wall-clock times, as `Plan.history` has them; the peers' are times on a processor. On a
-busy machine that is to our disadvantage.
+The clock is the time of the process on a processor, as it is for the peers: `plan` reads
+`time.perf_counter`, and in the process of a run that is replaced. What else the machine does is
+then in nobody's times.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -39,15 +41,16 @@ def measure_ours(
     """
     which = BoxScene.from_dict(scene)
     _warm_up(which.n)
-    began = time.perf_counter()
+    began = time.process_time()
     space = which.free_space()
     graph = space.graph
-    offline = time.perf_counter() - began
+    offline = time.process_time() - began
     runs = []
     for planner in (COLD, WARM):
-        began = time.perf_counter()
-        made = plan(space, which.start, which.goal, time_limit=budget, gap=gap, seed=seed)
-        spent = time.perf_counter() - began
+        began = time.process_time()
+        with patch.object(time, "perf_counter", time.process_time):
+            made = plan(space, which.start, which.goal, time_limit=budget, gap=gap, seed=seed)
+        spent = time.process_time() - began
         shift = offline if planner == COLD else 0.0
         run = run_of(which, made, planner, seed, shift, spent, offline)
         if verified and planner == COLD and not (found := verify(made)).ok:
