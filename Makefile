@@ -40,6 +40,7 @@ bench: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/planner.py
 	$(BIN)/python -m benchmarks.sets
 	$(BIN)/hzmp-sim bench scale
+	$(BIN)/hzmp-sim bench peers
 
 clean:
 	rm -rf runs build dist .coverage MUJOCO_LOG.TXT

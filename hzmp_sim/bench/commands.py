@@ -7,6 +7,8 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from hzmp_sim.bench.peers.settings import DEFAULT_OUT as PEERS_OUT
+from hzmp_sim.bench.peers.settings import PeersSettings
 from hzmp_sim.bench.scale.settings import DEFAULT_OUT, ScaleSettings
 
 INEXACT = 1
@@ -15,6 +17,7 @@ INEXACT = 1
 bench = App(name="bench", help="Measure the library on this machine, beside others.")
 
 _DEFAULT_SCALE = ScaleSettings()
+_DEFAULT_PEERS = PeersSettings()
 
 
 @bench.command
@@ -43,3 +46,31 @@ def scale(
     print_tables(tables_of(results))
     print("files     " + "\n          ".join(str(file) for file in files))
     return 0 if results.exact else INEXACT
+
+
+@bench.command
+def peers(
+    *,
+    settings: Annotated[PeersSettings, Parameter(name="*")] = _DEFAULT_PEERS,
+    out: Path = PEERS_OUT,
+) -> int:
+    """Plan beside OMPL, Drake, fastpathplanning and a visibility graph, on the same scenes.
+
+    Writes peers.json, peers.md, figures and logs that OMPL's tools read. The exit code is 0 also
+    where a peer wins, and 1 if a path or a lower bound of ours is wrong.
+
+    Args:
+        settings: what to measure.
+        out: where the files go.
+    """
+    from hzmp_sim.bench.peers.report import tables_of
+    from hzmp_sim.bench.peers.run import bench_peers
+    from hzmp_sim.bench.peers.write import prepare, write_results
+    from hzmp_sim.bench.tables import print_tables
+
+    prepare(out)
+    results = bench_peers(settings, settings.command(out))
+    files = write_results(results, out)
+    print_tables(tables_of(results))
+    print("files     " + "\n          ".join(str(file) for file in files))
+    return INEXACT if results.defects else 0

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-import shlex
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from hzmp_planners.errors import QueryError
+from hzmp_sim.bench.command_line import command_line
 
 DEFAULT_OUT = Path("runs/bench_scale")
 
@@ -50,16 +50,8 @@ class ScaleSettings:
 
     def command(self, out: Path = DEFAULT_OUT) -> str:
         """The command line that measures this."""
-        words = ["hzmp-sim", "bench", "scale"]
-        for field in fields(self):
-            value, name = getattr(self, field.name), field.name.replace("_", "-")
-            if value == field.default:
-                continue
-            if isinstance(value, bool):
-                words.append(f"--{name}" if value else f"--no-{name}")
-            else:
-                words += [f"--{name}", *map(str, value if isinstance(value, tuple) else [value])]
-        return shlex.join(words if out == DEFAULT_OUT else [*words, "--out", str(out)])
+        more = () if out == DEFAULT_OUT else ("--out", str(out))
+        return command_line(("hzmp-sim", "bench", "scale"), self, more)
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from hzmp_sim.bench.folder import prepare_folder
 from hzmp_sim.bench.scale.figures import FIGURES, write_figures
 from hzmp_sim.bench.scale.report import markdown
 from hzmp_sim.bench.scale.results import Results
-from hzmp_sim.output.artifacts import OutputError, check_directory, to_json, whole_file
+from hzmp_sim.output.artifacts import to_json, whole_file
 
 JSON, PAGE = "scale.json", "scale.md"
 
@@ -18,19 +19,7 @@ def prepare(folder: Path) -> None:
     Raises:
         OutputError: it cannot be made or written.
     """
-    check_directory(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name in (JSON, PAGE, *FIGURES):
-            (folder / name).unlink(missing_ok=True)
-        trial = folder / f".{JSON}"
-        trial.touch()
-        trial.unlink()
-    except OSError as error:
-        raise OutputError(
-            f"folder {folder} cannot be written ({error.strerror or error}); "
-            "name one in which you may create files"
-        ) from error
+    prepare_folder(folder, (JSON, PAGE, *FIGURES))
 
 
 def write_results(results: Results, folder: Path) -> list[Path]:

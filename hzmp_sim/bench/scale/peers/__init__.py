@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from hzmp_sim.bench.missing import missing_line
 from hzmp_sim.bench.scale.settings import Sizes
 
 
@@ -30,13 +30,7 @@ class Peer:
     @property
     def missing(self) -> str | None:
         """A line that says what to install, None when nothing is missing."""
-        absent = [name for name in self.modules if importlib.util.find_spec(name) is None]
-        if not absent:
-            return None
-        return (
-            f"{self.name}: not measured, {' and '.join(absent)} not importable; "
-            f"pip install {self.packages} (or 'hzmp-sim[bench]')"
-        )
+        return missing_line(self.name, self.modules, self.packages)
 
 
 _HERE = "hzmp_sim.bench.scale.peers"

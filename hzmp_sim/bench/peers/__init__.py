@@ -1,0 +1,1 @@
+"""`hzmp-sim bench peers`: other planners on the same scenes, in the same run."""

@@ -1,0 +1,1 @@
+"""The sampling planners of OMPL, driven from Python."""
