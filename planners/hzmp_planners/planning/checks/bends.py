@@ -112,8 +112,11 @@ class BendCheck:
         return [edges[k] for k in np.flatnonzero(near).tolist()]
 
     def _nodes_on(self, first: CrossingGraph, edge: Edge) -> Ints:
-        """Nodes that lie on an edge, and have its name or none."""
-        named = (first.into == edge.owner) & np.isin(first.out_of, [edge.facets, -1])
+        """Nodes that lie on an edge, and have its name or none; vertices are on vertices only."""
+        point = (first.corners[:, 0] == first.corners[:, 1]).all(axis=1)
+        nameless = (first.out_of == -1) & (point == (len(edge.normals) == 0))
+        named = nameless | ((first.out_of == edge.facets) & (first.out_of != -1))
+        named &= first.into == edge.owner
         named[[SOURCE, TARGET]] = False
         nodes = np.flatnonzero(named)
         share, aside = _along(edge, first.corners[nodes])
