@@ -142,6 +142,18 @@ def test_boxes_have_twelve_edges_and_an_apex_is_a_node_of_its_own() -> None:
     assert both.ends[vertices].tolist() == [[[0.0, 0.0, 1.0]] * 2]
 
 
+@pytest.mark.parametrize("height", [1e-2, 1e-6, 1e-8, 4e-9])
+def test_obstacles_as_thin_as_the_tolerances_keep_their_edges(height: float) -> None:
+    """There vertices are near facets that they do not belong to."""
+    sides = 16
+    body = 0.5 + 0.35 * pyramid(sides, height, 0.6 * height)
+    edges = obstacle_edges([Polytope.from_vertices(body)])
+    for one in range(sides):
+        rim = body[[one, (one + 1) % sides]]
+        ends = np.stack([edges.ends, edges.ends[:, ::-1]])
+        assert np.abs(ends - rim).max(axis=(2, 3)).min() < 1e-12, one
+
+
 def test_edges_end_at_other_obstacles_walls_and_the_informed_set() -> None:
     rod = Polytope.from_box([-1.0, 0.4, 0.4], [2.0, 0.6, 0.6])
     sleeve = Polytope.from_box([0.3, 0.2, 0.2], [0.5, 0.8, 0.8])
