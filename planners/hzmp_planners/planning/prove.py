@@ -28,9 +28,11 @@ class Graphs(Protocol):
 
     def loose_points(self, relaxation: Relaxation) -> Cuts:
         """Where to cut which nodes so that the next relaxation is tighter."""
+        ...
 
     def divide(self, graph: CrossingGraph, cuts: Cuts, threshold: float) -> CrossingGraph:
         """Cut pieces in two, and leave out what the halves exclude."""
+        ...
 
 
 def prove(attempt: Attempt, graphs: Graphs, threshold: float) -> None:

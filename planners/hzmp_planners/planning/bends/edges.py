@@ -79,12 +79,12 @@ def _edges_of(numbers: Ints, obstacles: Sequence[Polytope]) -> Edges:
     rows = np.arange(len(body))
     points = vertices[body]
     # The vertex farthest from any one of them, and the one farthest from that, are the ends.
-    ends = shared.argmax(axis=1)
+    first = last = shared.argmax(axis=1)
     for _ in range(2):
-        first = ends
+        first = last
         away = np.linalg.norm(points - points[rows, first][:, None], axis=2)
-        ends = np.where(shared, away, -1.0).argmax(axis=1)
-    segment = np.stack([points[rows, first], points[rows, ends]], axis=1)
+        last = np.where(shared, away, -1.0).argmax(axis=1)
+    segment = np.stack([points[rows, first], points[rows, last]], axis=1)
     along = segment[:, 1] - segment[:, 0]
     offset = np.cross(points - segment[:, :1], along[:, None])
     aside = np.where(shared, np.linalg.norm(offset, axis=2), 0.0).max(axis=1)
