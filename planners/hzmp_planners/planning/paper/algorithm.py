@@ -52,14 +52,15 @@ def solve_paper(
     reachable = ReachableSet.everything(graph)  # lines 8 and 9: c_best = inf, no path
     drawn: list[Floats] = [np.zeros((0, graph.n))]
     table: PathTable | None = None
+    parts = drawn[0]
     number = 0  # line 10
     while number != settings.iterations and not attempt.done:  # line 11
         if paths.extend() or table is None:
             if not paths.paths:
                 break  # L_max excludes all ways, or the time was up before there was one
             table = PathTable.of(paths.paths)
-            faces = compute_shared_faces(graph, table.faces, reachable, attempt.nearest)  # line 18
-        samples = generate_samples(faces, settings.samples, rng)  # lines 12, 13: for all p in P
+            parts = compute_shared_faces(graph, table.faces, reachable, attempt.nearest)  # line 18
+        samples = generate_samples(parts, settings.samples, rng)  # lines 12, 13: for all p in P
         cost, waypoints, path = optimize_paths(query.start, query.goal, samples, table)  # line 14
         number += 1  # line 19
         adopted = cost < attempt.cost

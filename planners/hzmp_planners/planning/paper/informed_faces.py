@@ -49,7 +49,7 @@ def compute_shared_faces(
         return corners
     parts = _clipped_polygons(graph, rows, directions, limits)
     width = max(graph.corners.shape[1], *(len(part) for part in parts.values()), 1)
-    wide = corners.take(np.minimum(np.arange(width), corners.shape[1] - 1), axis=1)
+    wide: Floats = corners.take(np.minimum(np.arange(width), corners.shape[1] - 1), axis=1)
     for k, row in enumerate(rows.tolist()):
         part = parts.get(k, nearest[row : row + 1])
         wide[cut[k]] = part[np.minimum(np.arange(width), len(part) - 1)]
