@@ -176,7 +176,9 @@ def hard_query(seed: int, n: int) -> tuple[FreeSpace, Query, list[Candidate]]:
         if np.intersect1d(query.start_leaves, query.goal_leaves).size:
             continue
         every = find_all_connected_paths(space.graph, query, None, 1500)
-        if every is not None and 1 < len(every) <= 150:
+        if every is None or not 1 < len(every) <= 150:
+            continue
+        if plan(space, start, goal, gap=1e-2, time_limit=LONG).cost > 1.02 * math.dist(start, goal):
             return space, query, every
 
 
