@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,8 @@ from hzmp_planners.planning.bends.bend_graph import BendGraphs
 from hzmp_planners.planning.crossings import CrossingGraphs
 from hzmp_planners.planning.detour import bottleneck_bound
 from hzmp_planners.planning.explore import explore
+from hzmp_planners.planning.paper.algorithm import solve_paper
+from hzmp_planners.planning.paper.settings import PaperSettings
 from hzmp_planners.planning.planar.certificate import certify
 from hzmp_planners.planning.planar.taut_search import TautSearch
 from hzmp_planners.planning.prepared import prepared
@@ -36,6 +39,7 @@ def plan(
     time_limit: float = 1.0,
     gap: float = 1e-3,
     seed: int = 0,
+    method: Literal["best", "paper"] | PaperSettings = "best",
 ) -> Plan:
     """Shortest path from start to goal through the leaves of a free space, with a lower bound.
 
@@ -50,6 +54,8 @@ def plan(
         time_limit: [s].
         gap: stop when (cost - lower_bound) / lower_bound is at most this.
         seed: of the random samples.
+        method: "paper", or its settings, runs the HZ-MP paper's own algorithm instead
+            (`planning.paper`).
 
     Raises:
         QueryError: start or goal is not in the free space, or a setting is out of range.
@@ -62,10 +68,13 @@ def plan(
         raise QueryError(f"gap must be a finite ratio of at least 0, got {gap}")
     if not isinstance(seed, (int, np.integer)) or seed < 0:
         raise QueryError(f"seed must be a whole number of at least 0, got {seed!r}")
+    if not isinstance(method, PaperSettings) and method not in ("best", "paper"):
+        raise QueryError(f'method must be "best", "paper" or PaperSettings, got {method!r}')
+    paper = PaperSettings() if method == "paper" else method
     s, g = as_point(start, "start", space.n), as_point(goal, "goal", space.n)
     query = Query(s, g, _located(space, s, "start"), _located(space, g, "goal"))
     attempt = Attempt(space.graph, query, began=began, time_limit=time_limit, gap=gap)
-    status, samples = _solve(attempt, space, np.random.default_rng(seed))
+    status, samples = _solve(attempt, space, paper, np.random.default_rng(seed))
     route = attempt.route
     return Plan(
         status=status,
@@ -84,7 +93,10 @@ def plan(
 
 
 def _solve(
-    attempt: Attempt, space: FreeSpace, rng: np.random.Generator
+    attempt: Attempt,
+    space: FreeSpace,
+    paper: PaperSettings | Literal["best"],
+    rng: np.random.Generator,
 ) -> tuple[PlanStatus, Floats]:
     """Run an attempt to its end; its status, and the points that were sampled."""
     query, graph = attempt.query, attempt.graph
@@ -97,6 +109,8 @@ def _solve(
     if not np.isin(components[query.start_leaves], components[query.goal_leaves]).any():
         attempt.raise_bound(math.inf)
         return PlanStatus.INFEASIBLE, none
+    if isinstance(paper, PaperSettings):
+        return solve_paper(attempt, space, paper, rng)
     attempt.raise_bound(
         bottleneck_bound(
             attempt.detours, graph.ends, graph.leaf_count, query.start_leaves, query.goal_leaves
