@@ -86,7 +86,8 @@ def mean_excess(
         [
             np.mean([sampled_cost(space, start, goal, N, seed) for seed in range(runs)]) - optimum
             for N in counts
-        ]
+        ],
+        dtype=np.float64,
     )
 
 
