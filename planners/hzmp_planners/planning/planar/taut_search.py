@@ -97,7 +97,8 @@ class TautSearch:
             count += 1
             if count % _CHECKED == 0 and time.perf_counter() >= deadline:
                 return
-            self.bound = max(self.bound, queue[0][0])
+            # Strings that are longer than the limit are not in the queue.
+            self.bound = max(self.bound, min(queue[0][0], limit))
             if self.bound >= limit:
                 return
             _, number = heappop(queue)
