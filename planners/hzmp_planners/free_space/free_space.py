@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,10 +19,12 @@ from hzmp_planners.constants import MEMBERSHIP_TOL, PLANE_TOL, SPLINTER_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.free_space.complexes import Complex
 from hzmp_planners.free_space.cover import Cover, build_door_graph, maximal_cover
+from hzmp_planners.free_space.export import to_networkx, write_graphml, write_leaves
 from hzmp_planners.free_space.leaf_graph import LeafGraph
 from hzmp_planners.free_space.shared_faces import build_leaf_graph, update_leaf_graph
 from hzmp_planners.free_space.splinters import fences
 from hzmp_planners.free_space.storage import load_parts, save_space
+from hzmp_planners.free_space.trace import trace
 from hzmp_planners.free_space.world import (
     World,
     add_obstacles,
@@ -31,6 +33,9 @@ from hzmp_planners.free_space.world import (
     reorder_obstacles,
 )
 from hzmp_planners.sets import HybridZonotope, Polytope
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 _FEW_POINTS = 8192  # are located at a time: their arrays fit into the cache
 
@@ -170,6 +175,28 @@ class FreeSpace:
         graph = parts.pop("graph")
         return cls(**parts)._knowing(graph)
 
+    def write_leaves(self, path: str | PathLike[str]) -> None:
+        """Write all leaves as plain arrays (npz), for programs that know nothing of this one.
+
+        A, b, halfspace_starts: leaf i is {x : A[r] x <= b[r]} for the rows r from
+        halfspace_starts[i] up to halfspace_starts[i+1]; vertices, vertex_starts: its corners,
+        likewise; face_leaves (F, 2), face_vertices (F, k, n), of which face_sizes (F,) count;
+        bounds (2, n). Lengths are in metres.
+        """
+        write_leaves(self, path)
+
+    def to_networkx(self) -> nx.Graph[int]:
+        """The leaf graph for networkx and its algorithms.
+
+        Nodes are numbers of leaves, with a point of it (x, y, z) [m] and its volume [m^n]; edges
+        have the number of the shared face, its middle (x, y, z) [m] and its size [m^(n-1)].
+        """
+        return to_networkx(self)
+
+    def write_graphml(self, path: str | PathLike[str]) -> None:
+        """Write the leaf graph of `to_networkx` as GraphML, for Gephi, yEd and others."""
+        write_graphml(self, path)
+
     def plot(
         self,
         ax: Any = None,
@@ -249,7 +276,7 @@ class FreeSpace:
         """One of the leaves, in the order of the columns of `incidence`."""
         known = self._leaves.get(index)
         if known is None:
-            A, b, facets = self._halfspaces
+            A, b, facets = self.halfspaces
             starts = self._complex.members[1]
             known = Polytope.from_both_forms(
                 A[facets[index] : facets[index + 1]],
@@ -267,6 +294,11 @@ class FreeSpace:
     def leaves(self) -> tuple[Polytope, ...]:
         """The convex leaves, in the order of the columns of `incidence`."""
         return tuple(self.leaf(index) for index in range(len(self)))
+
+    @property
+    def leaf_boxes(self) -> tuple[Floats, Floats]:
+        """Lowest and highest coordinates of each leaf, shape (N, n) each [m]."""
+        return self._complex.bounds
 
     @cached_property
     def obstacle_boxes(self) -> tuple[tuple[Floats, Floats], ...]:
@@ -313,6 +345,16 @@ class FreeSpace:
         """Indices of all leaves that contain the point x (n,): several on a shared face."""
         return np.unique(self._located(as_point(x, "x", self.n)[None])[1])
 
+    def trace(self, polyline: ArrayLike) -> tuple[Floats, Ints] | None:
+        """Follow a polyline (k, n) through the leaves.
+
+        Returns:
+            The polyline with a waypoint wherever it changes its leaf, shape (K+1, n) [m], and the
+            leaf of each segment, shape (K,); None when a part of it is not free.
+        """
+        points = as_points(polyline, "polyline", self.n)
+        return trace(self, points) if len(points) > 1 else None
+
     def _located(self, points: Floats) -> tuple[Ints, Ints]:
         """Pairs of a point and a leaf that contains it."""
         found = [
@@ -333,7 +375,7 @@ class FreeSpace:
                 rows.repeat(counts),
                 self._cover.beside[spans(self._cover.beside_starts[leaves], counts)],
             )
-        A, b, facets = self._halfspaces
+        A, b, facets = self.halfspaces
         counts = counts_of(facets)[leaves]
         held = spans(facets[leaves], counts)
         heights = np.einsum("ij,ij->i", A[held], points[rows.repeat(counts)]) - b[held]
@@ -341,8 +383,11 @@ class FreeSpace:
         return np.stack([rows[inside], leaves[inside]])
 
     @cached_property
-    def _halfspaces(self) -> tuple[Floats, Floats, Ints]:
-        """Half-spaces of all leaves one after the other, and where each leaf's begin."""
+    def halfspaces(self) -> tuple[Floats, Floats, Ints]:
+        """Half-spaces A x <= b of all leaves one after the other: A (m, n), b (m,), starts (N+1,).
+
+        Leaf i has the rows from starts[i] up to starts[i+1]; normals are unit vectors.
+        """
         table = self._world.table if self._cover is None else self._cover.table
         A, b = table.halfspaces(self._complex.facets)
         leaf, normals, offsets = fences(self._complex, table, SPLINTER_TOL * self.scale)
