@@ -9,9 +9,15 @@ from hzmp_planners.errors import SolverError as SolverError
 from hzmp_planners.free_space import FreeSpace as FreeSpace
 from hzmp_planners.free_space import LeafGraph as LeafGraph
 from hzmp_planners.free_space import SharedFace as SharedFace
+from hzmp_planners.planning import Choice as Choice
+from hzmp_planners.planning import Improvement as Improvement
 from hzmp_planners.planning import Plan as Plan
+from hzmp_planners.planning import Planner as Planner
 from hzmp_planners.planning import PlanStatus as PlanStatus
 from hzmp_planners.planning import plan as plan
+from hzmp_planners.planning import plan_any as plan_any
+from hzmp_planners.planning import plan_corridors as plan_corridors
+from hzmp_planners.planning import plan_many as plan_many
 from hzmp_planners.planning import verify as verify
 from hzmp_planners.sets import Activity as Activity
 from hzmp_planners.sets import ConstrainedConvexGenerator as ConstrainedConvexGenerator
@@ -37,6 +43,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Activity",
+    "Choice",
     "ConstrainedConvexGenerator",
     "ConstrainedZonotope",
     "Contact",
@@ -46,11 +53,13 @@ __all__ = [
     "FreeSpace",
     "HybridZonotope",
     "HzmpError",
+    "Improvement",
     "LeafGraph",
     "LimitError",
     "Limits",
     "Plan",
     "PlanStatus",
+    "Planner",
     "Polytope",
     "QueryError",
     "Run",
@@ -66,6 +75,9 @@ __all__ = [
     "contact",
     "load_scene",
     "plan",
+    "plan_any",
+    "plan_corridors",
+    "plan_many",
     "simulate",
     "time_parameterize",
     "verify",

@@ -86,17 +86,7 @@ def plan_summary(plan: Plan, report: Verification) -> str:
 
 def plan_as_dict(plan: Plan, report: Verification) -> dict[str, Any]:
     """A plan as JSON-ready values; null for what is not a finite number."""
-    return {
-        "status": plan.status.name.lower(),
-        "reason": plan.status.value,
-        "start": plan.start.tolist(),
-        "goal": plan.goal.tolist(),
-        "waypoints": plan.waypoints.tolist(),
-        "leaves": plan.leaves.tolist(),
-        "cost_m": _finite(plan.cost),
-        "lower_bound_m": _finite(plan.lower_bound),
-        "gap": _finite(plan.gap),
-        "history": [[_finite(value) for value in row] for row in plan.history],
+    return plan.as_dict() | {
         "verified": report.ok,
         "residuals_m": {name: _finite(value) for name, value in report.residuals.items()},
     }

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -15,10 +16,13 @@ from hzmp_planners.planning.certificate import Certificate
 from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.planar.certificate import CornerCertificate
 from hzmp_planners.planning.refine import refine
-from hzmp_planners.planning.result import path_length
+from hzmp_planners.planning.result import PlanStatus, path_length
 from hzmp_planners.planning.roadmap import FaceSequence, Query, leaf_route
 
 _ROUNDED_DOWN = 1.0 - 1e-14
+
+Veto = Callable[[Floats, Floats], bool]
+"""Says whether the segment between two points (n,) [m] must not be used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,24 +37,70 @@ class Route:
     """Length [m]."""
 
 
+@dataclass(frozen=True)
+class Improvement:
+    """A shorter path or a higher bound, as it was found."""
+
+    time_s: float
+    """Time spent on the query until then [s]."""
+    cost: float
+    """Length of the best path [m]; inf without one."""
+    lower_bound: float
+    """No path is shorter [m]."""
+    waypoints: Floats
+    """Best path, shape (K+1, n) [m]; (0, n) without one."""
+
+
 class Attempt:
     """What is known so far of a query, and how much time is left to know more.
 
     Exploration (`explore`) and proof (`prove`) both work on one attempt.
+
+    Args:
+        graph: leaves and shared faces.
+        query: start and goal.
+        gap: asked ratio (cost - bound) / bound.
+        cutoff: paths as long as this or longer are of no interest [m].
+        veto: routes that have a segment it objects to are not taken.
+        report: is called with every improvement.
     """
 
     def __init__(
-        self, graph: LeafGraph, query: Query, *, began: float, time_limit: float, gap: float
+        self,
+        graph: LeafGraph,
+        query: Query,
+        *,
+        gap: float,
+        cutoff: float = math.inf,
+        veto: Veto | None = None,
+        report: Callable[[Improvement], None] | None = None,
     ) -> None:
         self.graph, self.query = graph, query
+        self.cutoff = cutoff
         self.route: Route | None = None
         self.bound = float(np.linalg.norm(query.goal - query.start))
         self.certificate: Certificate | CornerCertificate | None = None
         self.history: list[tuple[float, float, float]] = []
+        self.samples: list[Floats] = [np.zeros((0, query.start.size))]
         self.detours, self.nearest = least_detour(graph.corners, query.start, query.goal)
         """f* of each face (F,) [m] and the point where it is attained (F, n): see `detour`."""
-        self._began, self._deadline, self._gap = began, began + time_limit, gap
+        self._gap, self._veto, self._report = gap, veto, report
+        self._began = self._deadline = -math.inf
         self._tried: set[FaceSequence] = set()
+
+    def resume(self, began: float, time_limit: float) -> None:
+        """Set the clock: the time spent so far counts, that between `pause` and now does not.
+
+        Args:
+            began: when this round began, by `time.perf_counter` [s].
+            time_limit: of this round [s].
+        """
+        spent = self._paused - self._began if math.isfinite(self._began) else 0.0
+        self._began, self._deadline = began - spent, began + time_limit
+
+    def pause(self) -> None:
+        """Stop the clock."""
+        self._paused = time.perf_counter()
 
     @property
     def cost(self) -> float:
@@ -58,9 +108,14 @@ class Attempt:
         return self.route.cost if self.route is not None else math.inf
 
     @property
+    def limit(self) -> float:
+        """Only shorter paths are of interest [m]."""
+        return min(self.cost, self.cutoff)
+
+    @property
     def target(self) -> float:
         """Bound that closes the gap [m]; a few ulps more, so that no rounding opens it again."""
-        return self.cost / (1.0 + self._gap) / _ROUNDED_DOWN * (1.0 + 1e-15)
+        return self.limit / (1.0 + self._gap) / _ROUNDED_DOWN * (1.0 + 1e-15)
 
     @property
     def time_left(self) -> float:
@@ -70,7 +125,16 @@ class Attempt:
     @property
     def closed(self) -> bool:
         """Whether the asked gap is reached."""
-        return self.cost - self.bound <= self._gap * self.bound
+        return self.limit - self.bound <= self._gap * self.bound
+
+    @property
+    def status(self) -> PlanStatus:
+        """How the attempt stands."""
+        if self.route is None:
+            infeasible = math.isinf(self.bound)
+            return PlanStatus.INFEASIBLE if infeasible else PlanStatus.TIME_LIMIT
+        proved = self.cost - self.bound <= self._gap * self.bound
+        return PlanStatus.OPTIMAL if proved else PlanStatus.FEASIBLE
 
     @property
     def done(self) -> bool:
@@ -93,11 +157,23 @@ class Attempt:
         self.offer(Route(waypoints, leaves, path_length(waypoints)))
 
     def offer(self, route: Route) -> None:
-        """Take a route when it is the best."""
-        if route.cost < self.cost:
+        """Take a route when it is the best, and no veto is put in."""
+        if route.cost >= self.cost:
+            return
+        # Every route that is ever taken is taken here.
+        if not any(self.forbids(p, q) for p, q in pairwise(route.waypoints)):
             self.route = route
             self.bound = min(self.bound, route.cost)  # round-off must not leave it above
             self.record()
+
+    @property
+    def has_veto(self) -> bool:
+        """Whether segments may be forbidden."""
+        return self._veto is not None
+
+    def forbids(self, p: Floats, q: Floats) -> bool:
+        """Whether the segment from p to q may not be used."""
+        return self._veto is not None and bool(self._veto(p, q))
 
     def raise_bound(
         self, bound: float, certificate: Certificate | CornerCertificate | None = None
@@ -110,5 +186,10 @@ class Attempt:
             self.record()
 
     def record(self) -> None:
-        """Add the present state to the history."""
-        self.history.append((time.perf_counter() - self._began, self.cost, self.bound))
+        """Add the present state to the history, and report it."""
+        spent = time.perf_counter() - self._began
+        self.history.append((spent, self.cost, self.bound))
+        if self._report is not None:
+            none = np.zeros((0, self.query.start.size))
+            waypoints = self.route.waypoints if self.route is not None else none
+            self._report(Improvement(spent, self.cost, self.bound, waypoints))

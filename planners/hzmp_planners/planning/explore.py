@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
 from hzmp_planners.planning.attempt import Attempt
 from hzmp_planners.planning.follow import beside
 from hzmp_planners.planning.refine import rank_together
@@ -20,24 +20,20 @@ _UNIFORM = 2  # random samples on each face
 _GAIN = 1e-5  # relative, of a round worth another one
 
 
-def explore(attempt: Attempt, rng: np.random.Generator) -> Floats:
-    """Improve the route of an attempt until rounds gain nothing, or time is up.
+def explore(attempt: Attempt, rng: np.random.Generator) -> Iterator[None]:
+    """Improve the route of an attempt until rounds gain nothing; yields when the time is over.
 
     Each round samples the faces that the best cost leaves active: near the best route, where the
     straight line is left least, and uniformly at random.
-
-    Returns:
-        All points sampled, shape (S, n) [m].
     """
     graph, query = attempt.graph, attempt.query
     n = query.start.size
     candidates = attempt.nearest[:, None]
-    drawn: list[Floats] = []
     for number in range(_ROUNDS):
         began = time.perf_counter()
         before = attempt.cost
-        active = attempt.detours < before
-        drawn.append(candidates[active].reshape(-1, n))
+        active = attempt.detours < attempt.limit
+        attempt.samples.append(candidates[active].reshape(-1, n))
         most = _CANDIDATES if number else 1
         found = search_sequences(graph, query, candidates, active, most)
         for faces in _most_promising(attempt, found):
@@ -45,15 +41,16 @@ def explore(attempt: Attempt, rng: np.random.Generator) -> Floats:
             if attempt.done:
                 break
         idle = number > 1 and attempt.cost > before * (1.0 - _GAIN)
+        if attempt.closed or idle:
+            return
         # Rounds take about equally long: one that would run over the deadline is not begun.
-        if attempt.done or idle or (number and time.perf_counter() - began > attempt.time_left):
-            break
+        if time.perf_counter() - began > attempt.time_left:
+            yield
         uniform = sample_faces(graph.corners, _UNIFORM, rng)
         route = attempt.route
         beside_route = attempt.nearest if route is None else beside(attempt, route.waypoints)
         known = [beside_route[:, None], attempt.nearest[:, None]]
         candidates = np.concatenate([*known, uniform], axis=1)
-    return np.concatenate(drawn)
 
 
 def _most_promising(attempt: Attempt, found: list[FaceSequence]) -> list[FaceSequence]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
-from hzmp_planners.planning.attempt import Attempt
+from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners.free_space import FreeSpace, LeafGraph
+from hzmp_planners.planning.attempt import Attempt, Route
 from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.result import path_length
 from hzmp_planners.planning.roadmap import search_sequences
@@ -19,6 +21,30 @@ def follow(attempt: Attempt, path: Floats) -> None:
     candidates = beside(attempt, path)[:, None]
     for faces in search_sequences(attempt.graph, attempt.query, candidates, active, 1):
         attempt.try_sequence(faces)
+
+
+def offer_known(attempt: Attempt, space: FreeSpace, path: Floats) -> None:
+    """Offer a polyline (k, n), its ends replaced by start and goal, and what it tightens to."""
+    query = attempt.query
+    traced = space.trace(np.vstack([query.start, path[1:-1], query.goal]))
+    if traced is None:
+        return
+    points, leaves = traced
+    attempt.offer(Route(points, leaves, path_length(points)))
+    faces = faces_between(attempt.graph, leaves)
+    if faces is not None:
+        attempt.try_sequence(faces)
+
+
+def faces_between(graph: LeafGraph, leaves: Ints) -> list[int] | None:
+    """The faces that lead from leaf to leaf; None where two that follow each other share none."""
+    passed: list[int] = []
+    for one, two in pairwise(leaves.tolist()):
+        faces = graph.faces_at(one)
+        passed += faces[(graph.ends[faces] == two).any(axis=1)].tolist() if one != two else []
+        if one != two and two not in graph.ends[passed[-1:]]:
+            return None
+    return passed
 
 
 def beside(attempt: Attempt, path: Floats) -> Floats:

@@ -4,31 +4,128 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hzmp_planners._arrays import Floats, Ints, as_point, frozen
+from hzmp_planners._arrays import Floats, Ints, as_point, as_points, frozen
 from hzmp_planners.errors import QueryError
 from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.planning.attempt import Attempt, Route
-from hzmp_planners.planning.bends.bend_graph import BendGraphs
-from hzmp_planners.planning.crossings import CrossingGraphs
-from hzmp_planners.planning.detour import bottleneck_bound
-from hzmp_planners.planning.explore import explore
-from hzmp_planners.planning.paper.algorithm import solve_paper
+from hzmp_planners.planning.attempt import Attempt, Improvement, Veto
 from hzmp_planners.planning.paper.settings import PaperSettings
-from hzmp_planners.planning.planar.certificate import certify
-from hzmp_planners.planning.planar.taut_search import TautSearch
-from hzmp_planners.planning.prepared import prepared
-from hzmp_planners.planning.prove import prove
-from hzmp_planners.planning.result import Plan, PlanStatus, path_length
+from hzmp_planners.planning.result import Plan
 from hzmp_planners.planning.roadmap import Query
+from hzmp_planners.planning.strategy import steps
 
-_SEARCHED = 0.6  # share of the time after which a search of the plane leaves the rest to samples
-_FEW_PAIRS = 500  # up to here a relaxation of everything below the cost is cheap
-_TRIED = 2  # relaxations over few faces before bends are tried
+_END = object()
+
+
+class Planner:
+    """Finds the shortest path of one query, and can go on where it stopped.
+
+    In the plane the path is found exactly (`planar`). In 3-D, HZ-MP: search over points sampled on
+    shared faces and refine the best face sequences exactly (`explore`); then, on what lies inside
+    the informed ellipsotope of the best cost, prove a lower bound (`prove`).
+
+    Args:
+        space: the free space. What a query prepares in it serves the next ones, too.
+        start: shape (n,) [m].
+        goal: shape (n,) [m].
+        gap: there is nothing left to do when (cost - lower_bound) / lower_bound is at most this.
+        seed: of the random samples.
+        method: "paper", or its settings, runs the HZ-MP paper's own algorithm instead
+            (`planning.paper`).
+        warm_start: an earlier plan, of this or another free space, or a polyline (k, n) [m]. With
+            its ends replaced by start and goal it is the first path, where that is free.
+        veto: is asked about each segment, from p (n,) to q (n,), of every path before the path is
+            taken; True forbids it. The lower bound does not know of it.
+        on_improvement: is called with every shorter path and every higher bound.
+
+    Raises:
+        QueryError: start or goal is not in the free space, or a setting is out of range.
+        ShapeError: start or goal is not a finite point of dimension n.
+    """
+
+    def __init__(
+        self,
+        space: FreeSpace,
+        start: ArrayLike,
+        goal: ArrayLike,
+        *,
+        gap: float = 1e-3,
+        seed: int = 0,
+        method: Literal["best", "paper"] | PaperSettings = "best",
+        warm_start: Plan | ArrayLike | None = None,
+        veto: Veto | None = None,
+        on_improvement: Callable[[Improvement], None] | None = None,
+    ) -> None:
+        self._began: float | None = time.perf_counter()
+        if not 0.0 <= gap < math.inf:
+            raise QueryError(f"gap must be a finite ratio of at least 0, got {gap}")
+        if not isinstance(seed, (int, np.integer)) or seed < 0:
+            raise QueryError(f"seed must be a whole number of at least 0, got {seed!r}")
+        if not isinstance(method, PaperSettings) and method not in ("best", "paper"):
+            raise QueryError(f'method must be "best", "paper" or PaperSettings, got {method!r}')
+        if veto is not None and method != "best":
+            raise QueryError('a veto needs method="best": the paper\'s own knows none')
+        s, g = as_point(start, "start", space.n), as_point(goal, "goal", space.n)
+        query = Query(s, g, _located(space, s, "start"), _located(space, g, "goal"))
+        self._space, self._gap = space, gap
+        self._attempt = Attempt(space.graph, query, gap=gap, veto=veto, report=on_improvement)
+        old = warm_start.waypoints if isinstance(warm_start, Plan) else warm_start
+        known = None if old is None else as_points(old, "warm_start", space.n)
+        paper = PaperSettings() if method == "paper" else method
+        rng = np.random.default_rng(seed)
+        self._steps = steps(self._attempt, space, known, paper, rng)
+        self._exhausted = False
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether nothing is left to do: `solve` would return the same again."""
+        return self._exhausted
+
+    def solve(self, time_limit: float = 1.0, cutoff: float = math.inf) -> Plan:
+        """The best path and bound after some more time, or when nothing is left to do.
+
+        Args:
+            time_limit: of this call [s]. The first one includes setting up.
+            cutoff: paths as long as this or longer are of no interest [m]: a bound that excludes
+                shorter ones is enough. Later calls may lower it.
+
+        Raises:
+            QueryError: the time limit is not positive.
+        """
+        if not time_limit > 0.0:
+            raise QueryError(f"time_limit must be positive [s], got {time_limit}")
+        attempt = self._attempt
+        attempt.resume(time.perf_counter() if self._began is None else self._began, time_limit)
+        self._began = None
+        attempt.cutoff = min(attempt.cutoff, cutoff)
+        if not attempt.closed:
+            self._exhausted = next(self._steps, _END) is _END
+        attempt.pause()
+        return self._plan()
+
+    def _plan(self) -> Plan:
+        """What is known, as a plan."""
+        attempt = self._attempt
+        query, route, n = attempt.query, attempt.route, self._space.n
+        return Plan(
+            status=attempt.status,
+            start=query.start,
+            goal=query.goal,
+            waypoints=frozen(route.waypoints if route else np.zeros((0, n))),
+            leaves=frozen(route.leaves if route else np.zeros(0, dtype=np.int64)),
+            cost=attempt.cost,
+            lower_bound=attempt.bound,
+            asked_gap=self._gap,
+            history=tuple(attempt.history),
+            samples=frozen(np.concatenate(attempt.samples)),
+            space=self._space,
+            certificate=attempt.certificate,
+        )
 
 
 def plan(
@@ -39,13 +136,15 @@ def plan(
     gap: float = 1e-3,
     seed: int = 0,
     method: Literal["best", "paper"] | PaperSettings = "best",
+    *,
+    warm_start: Plan | ArrayLike | None = None,
+    veto: Veto | None = None,
+    on_improvement: Callable[[Improvement], None] | None = None,
 ) -> Plan:
     """Shortest path from start to goal through the leaves of a free space, with a lower bound.
 
-    In the plane the path is found exactly (`planar`). In 3-D, HZ-MP: search over points sampled on
-    shared faces and refine the best face sequences exactly (`explore`); then, on what lies inside
-    the informed ellipsotope of the best cost, prove a lower bound (`prove`), until the asked gap is
-    reached or the time is up.
+    Works until the asked gap is reached or the time is up. `Planner` has the same settings, and
+    can go on with a query.
 
     Args:
         space: the free space.
@@ -54,117 +153,27 @@ def plan(
         time_limit: [s].
         gap: stop when (cost - lower_bound) / lower_bound is at most this.
         seed: of the random samples.
-        method: "paper", or its settings, runs the HZ-MP paper's own algorithm instead
-            (`planning.paper`).
+        method: see `Planner`; so for what follows.
+        warm_start: an earlier plan or a polyline.
+        veto: says which segments must not be used.
+        on_improvement: is called with every improvement.
 
     Raises:
         QueryError: start or goal is not in the free space, or a setting is out of range.
         ShapeError: start or goal is not a finite point of dimension n.
     """
-    began = time.perf_counter()
-    if not time_limit > 0.0:
-        raise QueryError(f"time_limit must be positive [s], got {time_limit}")
-    if not 0.0 <= gap < math.inf:
-        raise QueryError(f"gap must be a finite ratio of at least 0, got {gap}")
-    if not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise QueryError(f"seed must be a whole number of at least 0, got {seed!r}")
-    if not isinstance(method, PaperSettings) and method not in ("best", "paper"):
-        raise QueryError(f'method must be "best", "paper" or PaperSettings, got {method!r}')
-    paper = PaperSettings() if method == "paper" else method
-    s, g = as_point(start, "start", space.n), as_point(goal, "goal", space.n)
-    query = Query(s, g, _located(space, s, "start"), _located(space, g, "goal"))
-    attempt = Attempt(space.graph, query, began=began, time_limit=time_limit, gap=gap)
-    status, samples = _solve(attempt, space, paper, np.random.default_rng(seed))
-    route = attempt.route
-    return Plan(
-        status=status,
-        start=s,
-        goal=g,
-        waypoints=frozen(route.waypoints if route else np.zeros((0, space.n))),
-        leaves=frozen(route.leaves if route else np.zeros(0, dtype=np.int64)),
-        cost=attempt.cost,
-        lower_bound=attempt.bound,
-        asked_gap=gap,
-        history=tuple(attempt.history),
-        samples=frozen(samples),
-        space=space,
-        certificate=attempt.certificate,
+    planner = Planner(
+        space,
+        start,
+        goal,
+        gap=gap,
+        seed=seed,
+        method=method,
+        warm_start=warm_start,
+        veto=veto,
+        on_improvement=on_improvement,
     )
-
-
-def _solve(
-    attempt: Attempt,
-    space: FreeSpace,
-    paper: PaperSettings | Literal["best"],
-    rng: np.random.Generator,
-) -> tuple[PlanStatus, Floats]:
-    """Run an attempt to its end; its status, and the points that were sampled."""
-    query, graph = attempt.query, attempt.graph
-    none = np.zeros((0, query.start.size))
-    common = np.intersect1d(query.start_leaves, query.goal_leaves)
-    if len(common):
-        attempt.offer(Route(np.array([query.start, query.goal]), common[:1], attempt.bound))
-        return PlanStatus.OPTIMAL, none
-    components = graph.components
-    if not np.isin(components[query.start_leaves], components[query.goal_leaves]).any():
-        attempt.raise_bound(math.inf)
-        return PlanStatus.INFEASIBLE, none
-    if isinstance(paper, PaperSettings):
-        return solve_paper(attempt, space, paper, rng)
-    attempt.raise_bound(
-        bottleneck_bound(
-            attempt.detours, graph.ends, graph.leaf_count, query.start_leaves, query.goal_leaves
-        )
-    )
-    if space.n == 2 and space.disjoint:
-        _search_plane(attempt, space)
-        if attempt.done and attempt.route is not None:
-            return PlanStatus.OPTIMAL if attempt.closed else PlanStatus.FEASIBLE, none
-    samples = explore(attempt, rng)
-    if attempt.route is None:
-        return PlanStatus.TIME_LIMIT, samples
-    if not attempt.done:
-        _prove(attempt, space)
-    return PlanStatus.OPTIMAL if attempt.closed else PlanStatus.FEASIBLE, samples
-
-
-def _search_plane(attempt: Attempt, space: FreeSpace) -> None:
-    """Find the shortest path in the plane; if that takes most of the time, bound it at least."""
-    query, mesh = attempt.query, prepared(space).mesh
-    search = TautSearch(mesh, query.start, query.goal, query.start_leaves, query.goal_leaves)
-    search.run(deadline=time.perf_counter() + _SEARCHED * attempt.time_left)
-    if search.path is not None:
-        points, leaves = search.path.waypoints, search.path.leaves
-        attempt.offer(Route(points, leaves, path_length(points)))
-    attempt.raise_bound(search.bound, certify(mesh, search, query.start, query.goal))
-
-
-def _prove(attempt: Attempt, space: FreeSpace) -> None:
-    """Bound over crossed faces or, in 3-D, over the bends of taut strings, as it is best."""
-    if space.n == 2:
-        _prove_over_faces(attempt)
-        return
-    graph, world = attempt.graph, prepared(space).bends
-    near = attempt.detours < attempt.cost
-    pairs = 2 * int(near[graph.pairs[:, :2]].all(axis=1).sum())
-    # A few faces are quickly tried. Cracks that no path passes make the bends' bound lower.
-    if world.cracked or pairs <= _FEW_PAIRS:
-        _prove_over_faces(attempt, math.inf if world.cracked else _TRIED)
-    if not attempt.done:
-        target = attempt.target
-        prove(attempt, BendGraphs(world, attempt.query.start, attempt.query.goal, target), target)
-    if not attempt.done and not world.cracked:  # else that was all that faces can prove
-        _prove_over_faces(attempt)
-
-
-def _prove_over_faces(attempt: Attempt, rounds: float = math.inf) -> None:
-    threshold = attempt.cost
-    graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)
-    if len(graphs.first.pairs) > _FEW_PAIRS:
-        # Paths longer than this need no bound of their own: the gap is closed at it.
-        threshold = attempt.target
-        graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)
-    prove(attempt, graphs, threshold, rounds)
+    return planner.solve(time_limit)
 
 
 def _located(space: FreeSpace, point: Floats, name: str) -> Ints:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Protocol
 
@@ -38,13 +39,15 @@ class Graphs(Protocol):
         ...
 
 
-def prove(attempt: Attempt, graphs: Graphs, threshold: float, rounds: float = math.inf) -> None:
-    """Raise the bound of an attempt until its gap is closed or the time is up.
+def prove(
+    attempt: Attempt, graphs: Graphs, threshold: float, rounds: float = math.inf
+) -> Iterator[None]:
+    """Raise the bound of an attempt until its gap is closed; yields when the time is over.
 
     The flow of each relaxation is rounded into paths, which improve the route too.
 
     Args:
-        attempt: has a route.
+        attempt: has a route, or a cutoff.
         graphs: of what is relaxed.
         threshold: the one that `graphs.first` was built with [m].
         rounds: how many relaxations to solve at the most.
@@ -53,27 +56,32 @@ def prove(attempt: Attempt, graphs: Graphs, threshold: float, rounds: float = ma
     parent: Certificate | None = None
     cuts: Cuts = {}
     pair_time = _PAIR_TIME
-    while graph is not None and rounds > 0 and not attempt.done:
-        rounds -= 1
+    while graph is not None and rounds > 0 and not attempt.closed:
         count = len(graph.pairs)
         if not count:
             attempt.raise_bound(threshold, Certificate.empty(graph, threshold, parent, cuts))
             return
-        # A relaxation that is stopped half-way proves next to nothing.
-        if count > _MOST_PAIRS or pair_time * count**_GROWTH > attempt.time_left:
+        if count > _MOST_PAIRS:
             return
+        # A relaxation that is stopped half-way proves next to nothing.
+        while pair_time * count**_GROWTH > attempt.time_left:
+            yield
         began = time.perf_counter()
+        rounds -= 1
         relaxation = solve_relaxation(graph, threshold, attempt.time_left, parent, cuts)
         pair_time = (time.perf_counter() - began) / count**_GROWTH
         if relaxation is None:
             return
         certificate = relaxation.certificate
         attempt.raise_bound(certificate.bound(), certificate)
+        if not relaxation.solved:
+            yield  # with more time it is worth another try
+            continue
         _round(attempt, relaxation)
         threshold = min(threshold, attempt.target)
         cuts = graphs.loose_points(relaxation)
         kept = certificate.least_through() < threshold
-        if attempt.done or (not cuts and kept.all()):
+        if attempt.closed or (not cuts and kept.all()):
             return
         graph = graphs.divide(replace(graph, pairs=graph.pairs[kept]), cuts, threshold)
         parent = certificate

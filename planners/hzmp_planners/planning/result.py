@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import enum
+import json
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners.errors import QueryError
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.free_space.grow import grow_leaves
 from hzmp_planners.planning.certificate import Certificate
@@ -56,11 +59,7 @@ class Plan:
     @property
     def gap(self) -> float:
         """(cost - lower_bound) / lower_bound; 0 for a proved verdict, inf without path or bound."""
-        if self.status is PlanStatus.INFEASIBLE or self.cost == self.lower_bound:
-            return 0.0
-        if math.isinf(self.cost) or self.lower_bound == 0.0:
-            return math.inf
-        return (self.cost - self.lower_bound) / self.lower_bound
+        return relative_gap(self.cost, self.lower_bound)
 
     @property
     def informed(self) -> tuple[Ellipsotope, ...]:
@@ -80,6 +79,60 @@ class Plan:
         path = self.leaves.tolist()
         toward = [[path[j] for j in (k - 1, k + 1) if 0 <= j < len(path)] for k in range(len(path))]
         return grow_leaves(space, path, toward)
+
+    def interpolated(self, spacing: float) -> tuple[Floats, Ints]:
+        """The same path with more waypoints: neighbours are at most `spacing` [m] apart.
+
+        Returns:
+            Waypoints (M+1, n) [m], those of the plan among them, and the leaf of each segment (M,).
+
+        Raises:
+            QueryError: the spacing is not positive.
+        """
+        if not spacing > 0.0:
+            raise QueryError(f"spacing must be positive [m], got {spacing}")
+        lengths = np.linalg.norm(np.diff(self.waypoints, axis=0), axis=1)
+        # A length of 1.2 at a spacing of 0.4 is three parts, whatever the round-off.
+        parts = np.maximum(np.ceil(lengths / spacing * (1.0 - 1e-12)), 1.0).astype(np.int64)
+        first = np.repeat(np.arange(len(parts)), parts)
+        share = (np.arange(len(first)) - (np.cumsum(parts) - parts)[first]) / parts[first]
+        legs = np.diff(self.waypoints, axis=0)
+        points = self.waypoints[first] + share[:, None] * legs[first]
+        return np.concatenate([points, self.waypoints[-1:]]), self.leaves[first]
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `to_json` writes."""
+        return {
+            "status": self.status.name.lower(),
+            "reason": self.status.value,
+            "start": self.start.tolist(),
+            "goal": self.goal.tolist(),
+            "waypoints": self.waypoints.tolist(),
+            "leaves": self.leaves.tolist(),
+            "cost_m": _finite(self.cost),
+            "lower_bound_m": _finite(self.lower_bound),
+            "gap": _finite(self.gap),
+            "asked_gap": self.asked_gap,
+            "history": [[_finite(value) for value in row] for row in self.history],
+        }
+
+    def to_json(self, indent: int | None = None) -> str:
+        """Path, bound and history as one JSON object; null for what is not a finite number.
+
+        History rows are time since the call [s], cost [m], lower bound [m].
+        """
+        return json.dumps(self.as_dict(), indent=indent, allow_nan=False)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def relative_gap(cost: float, bound: float) -> float:
+    """(cost - bound) / bound; 0 where they are equal, inf without path or bound."""
+    if cost == bound:
+        return 0.0
+    return math.inf if math.isinf(cost) or bound == 0.0 else (cost - bound) / bound
 
 
 def path_length(waypoints: Floats) -> float:

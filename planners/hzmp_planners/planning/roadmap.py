@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from hzmp_planners._arrays import Bools, Floats, Ints
@@ -57,7 +56,12 @@ def sample_faces(corners: Floats, count: int, rng: np.random.Generator) -> Float
 
 
 def search_sequences(
-    graph: LeafGraph, query: Query, samples: Floats, active: Bools, most: int
+    graph: LeafGraph,
+    query: Query,
+    samples: Floats,
+    active: Bools,
+    most: int,
+    spread: bool = False,
 ) -> list[FaceSequence]:
     """Face sequences of the shortest sampled paths, shortest first, all different.
 
@@ -70,28 +74,43 @@ def search_sequences(
         samples: points on each face, shape (F, S, n) [m].
         active: faces that a path may still use, shape (F,).
         most: how many sequences to return at the most.
+        spread: leave out paths through a point on a face that a shorter one passes: fewer paths,
+            which differ more.
     """
     _, per_face, n = samples.shape
     nodes = np.concatenate([query.start[None], query.goal[None], samples.reshape(-1, n)])
-    matrix = _roadmap(graph, query, nodes, per_face, active)
+    links = roadmap(graph, query, nodes, per_face, active)
+    lengths = np.linalg.norm(nodes[links[:, 0]] - nodes[links[:, 1]], axis=1)
+    matrix = link_matrix(links, len(nodes), lengths)
     cost, before = dijkstra(matrix, directed=False, indices=[START, GOAL], return_predecessors=True)
     through = cost[0] + cost[1]
     sequences: dict[FaceSequence, None] = {}
+    passed: set[int] = set()
     order = np.argsort(through, kind="stable")
     for node in order[: min(len(order), 40 * most)].tolist():
         if not np.isfinite(through[node]) or len(sequences) >= most:
             break
-        chain = _chain(before[0], node)[::-1] + _chain(before[1], node)[1:]
+        if spread and (node - 2) // per_face in passed:
+            continue
+        chain = chain_to(before[0], node)[::-1] + chain_to(before[1], node)[1:]
         if min(chain[1:-1], default=GOAL + 1) <= GOAL:
             continue  # by way of the start or goal itself, from one of its leaves into another
         visited = [(index - 2) // per_face for index in chain[1:-1]]
+        passed.update(visited)
         sequences.setdefault(leaf_route(graph, query, visited)[0])
     return list(sequences)
 
 
-def _roadmap(
-    graph: LeafGraph, query: Query, nodes: Floats, per_face: int, active: Bools
-) -> csr_array[np.float64]:
+def roadmap(graph: LeafGraph, query: Query, nodes: Floats, per_face: int, active: Bools) -> Ints:
+    """Pairs of nodes on the boundary of one leaf, shape (E, 2).
+
+    Args:
+        graph: leaves and shared faces.
+        query: start and goal.
+        nodes: start, goal, then the points on each face in turn, shape (2 + F per_face, n) [m].
+        per_face: points on each face.
+        active: faces that are used, shape (F,).
+    """
     pairs = graph.pairs
     kept = pairs[active[pairs[:, 0]] & active[pairs[:, 1]]]
     slots = np.arange(per_face)
@@ -106,12 +125,10 @@ def _roadmap(
         reached = (2 + touching[:, None] * per_face + slots).ravel()
         tails.append(np.full(len(reached), terminal))
         heads.append(reached)
-    i, j = np.concatenate(tails), np.concatenate(heads)
-    lengths = np.linalg.norm(nodes[i] - nodes[j], axis=1)
-    return link_matrix(np.column_stack([i, j]), len(nodes), lengths)
+    return np.column_stack([np.concatenate(tails), np.concatenate(heads)])
 
 
-def _chain(before: Ints, node: int) -> list[int]:
+def chain_to(before: Ints, node: int) -> list[int]:
     """Nodes from `node` back to the root of a shortest-path tree."""
     chain = [node]
     while (node := int(before[node])) >= 0:

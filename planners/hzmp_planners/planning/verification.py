@@ -13,6 +13,8 @@ from hzmp_planners._linprog import minimize_linear
 from hzmp_planners.constants import FACE_TOL, MEMBERSHIP_TOL, NORMAL_TOL, PLANE_TOL
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.checks.bounds import certified_bound
+from hzmp_planners.planning.checks.cases import case_bound, missed_goal, wrong_ends
+from hzmp_planners.planning.queries.any_of import Choice
 from hzmp_planners.planning.result import Plan, PlanStatus, path_length
 from hzmp_planners.sets import Polytope
 
@@ -29,7 +31,8 @@ class Verification:
     than its bound and the asked gap allow; `uncovered`: how far outside of all obstacles a
     sampled point is that is in no leaf; for an infeasible plan `missed_face`: width of a face that
     would connect what the plan calls separate, or overlap of a leaf with an obstacle, inf when the
-    plan has a path after all."""
+    plan has a path after all. Of a choice also `ends`: how far the path's ends are from the starts
+    and goals; `missed_goal`: how far a sampled goal is from those of all cases."""
     tolerance: float
     """What round-off explains [m]."""
 
@@ -45,19 +48,17 @@ class Verification:
         return f"{verdict}; largest residual {self.residuals[worst]:.2g} m ({worst})"
 
 
-def verify(plan: Plan) -> Verification:
-    """Re-check a plan's path, length, lower bound and verdict.
+def verify(plan: Plan | Choice) -> Verification:
+    """Re-check a plan's path, length, lower bound and verdict; of a choice, those of all cases.
 
     Nothing is searched or optimised again. The bound follows by arithmetic from the plan's
     certificate (`checks.bounds`). That leaves keep out of obstacles, and that separate parts really
     are separate, is checked by linear programs; that leaves and obstacles fill the workspace, by
-    seeded samples (evidence, not proof).
+    seeded samples (evidence, not proof), and so is that the cases of a choice hold all its goals.
     """
-    space = plan.space
-    # Bounds are safe by a share of themselves, and a path may be far longer than the world is wide.
-    length = path_length(plan.waypoints)
-    size = max(space.scale, length) if math.isfinite(length) else space.scale
-    tolerance = 10.0 * MEMBERSHIP_TOL * size
+    if isinstance(plan, Choice):
+        return _verify_choice(plan)
+    space, tolerance = plan.space, _tolerance(plan.space, path_length(plan.waypoints))
     if plan.status is PlanStatus.INFEASIBLE:
         bare = math.isinf(plan.cost) and math.isinf(plan.lower_bound) and not len(plan.waypoints)
         missed = _missed_face(plan) if bare else math.inf
@@ -70,9 +71,48 @@ def verify(plan: Plan) -> Verification:
         residuals["gap_excess"] = plan.cost - plan.lower_bound * (1.0 + plan.asked_gap)
     if plan.status is not PlanStatus.TIME_LIMIT or len(plan.waypoints) or math.isfinite(plan.cost):
         residuals |= _path_residuals(plan)
-    # What cannot be computed proves nothing.
-    checked = {name: math.inf if math.isnan(r) else max(0.0, r) for name, r in residuals.items()}
-    return Verification(checked, tolerance)
+    return Verification(_checked(residuals), tolerance)
+
+
+def _verify_choice(choice: Choice) -> Verification:
+    """Residuals of the best path, and of the bound of all cases together."""
+    space, best = choice.space, choice.plan
+    tolerance = _tolerance(space, best.cost if best is not None else 0.0)
+    known: dict[int, float] = {}
+    bounds = [case_bound(case, _proved, known) for case in choice.cases]
+    bound = min(bounds, default=math.inf)
+    residuals = {
+        # inf - inf: what is proved infeasible.
+        "bound_excess": 0.0 if bound == choice.lower_bound else choice.lower_bound - bound,
+        "uncovered": _uncovered(space),
+        "missed_goal": missed_goal(choice),
+    }
+    if choice.status is PlanStatus.OPTIMAL:
+        cost = math.inf if best is None else best.cost
+        residuals["gap_excess"] = cost - choice.lower_bound * (1.0 + choice.asked_gap)
+    if best is not None:
+        residuals |= _path_residuals(best) | {"ends": wrong_ends(choice, best)}
+    return Verification(_checked(residuals), tolerance)
+
+
+def _proved(plan: Plan) -> float:
+    """The bound that a plan's evidence supports [m]."""
+    if plan.status is not PlanStatus.INFEASIBLE:
+        return certified_bound(plan)
+    return math.inf if _missed_face(plan) <= _tolerance(plan.space, 0.0) else -math.inf
+
+
+def _tolerance(space: FreeSpace, length: float) -> float:
+    """What round-off explains [m].
+
+    Bounds are safe by a share of themselves, and a path may be far longer than the world is wide.
+    """
+    return 10.0 * MEMBERSHIP_TOL * max(space.scale, length if math.isfinite(length) else 0.0)
+
+
+def _checked(residuals: dict[str, float]) -> dict[str, float]:
+    """Without negative ones; what cannot be computed proves nothing."""
+    return {name: math.inf if math.isnan(r) else max(0.0, r) for name, r in residuals.items()}
 
 
 def _path_residuals(plan: Plan) -> dict[str, float]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.attempt import Attempt, Route
 from hzmp_planners.planning.paper.candidates import Candidates
@@ -19,13 +19,13 @@ from hzmp_planners.planning.paper.reachable import (
     update_reachable_set,
 )
 from hzmp_planners.planning.paper.settings import Iteration, PaperSettings
-from hzmp_planners.planning.result import PlanStatus, path_length
+from hzmp_planners.planning.result import path_length
 
 
 def solve_paper(
     attempt: Attempt, space: FreeSpace, settings: PaperSettings, rng: np.random.Generator
-) -> tuple[PlanStatus, Floats]:
-    """Run algorithm 1 until the gap, the time limit or the last iteration is reached.
+) -> Iterator[None]:
+    """Run algorithm 1 until the gap or the last iteration is reached; yields when time is over.
 
     Lines 1 to 5 and 7 are done: the free space is decomposed, its leaf graph holds the adjacency
     and the shared faces, and the attempt knows the leaves of start and goal. Start and goal are in
@@ -37,9 +37,6 @@ def solve_paper(
         space: the free space.
         settings: L_max, K, N_s and N_max.
         rng: of the samples.
-
-    Returns:
-        The status, and the samples of all iterations that improved the path, shape (S, n) [m].
     """
     graph, query = attempt.graph, attempt.query
     began = last = time.perf_counter()
@@ -50,14 +47,17 @@ def solve_paper(
     paths = Candidates(graph, query, attempt.nearest, settings, expired)  # line 6: P
     detours = Detours.of(space, query, attempt.detours)
     reachable = ReachableSet.everything(graph)  # lines 8 and 9: c_best = inf, no path
-    drawn: list[Floats] = [np.zeros((0, graph.n))]
     table: PathTable | None = None
-    parts = drawn[0]
+    parts = np.zeros((0, graph.n))
     number = 0  # line 10
-    while number != settings.iterations and not attempt.done:  # line 11
+    while number != settings.iterations and not attempt.closed:  # line 11
+        while expired():
+            yield
         if paths.extend() or table is None:
             if not paths.paths:
-                break  # L_max excludes all ways, or the time was up before there was one
+                if expired():
+                    continue
+                break  # L_max excludes all ways
             table = PathTable.of(paths.paths)
             parts = compute_shared_faces(graph, table.faces, reachable, attempt.nearest)  # line 18
         samples = generate_samples(parts, settings.samples, rng)  # lines 12, 13: for all p in P
@@ -67,7 +67,7 @@ def solve_paper(
         if adopted:  # lines 15 and 16
             leaves = np.array(path.leaves, dtype=np.int64)
             attempt.offer(Route(waypoints, leaves, path_length(waypoints)))
-            drawn.append(samples.reshape(-1, graph.n))
+            attempt.samples.append(samples.reshape(-1, graph.n))
             reachable = update_reachable_set(query, attempt.cost, detours)  # line 17
             paths.prune(reachable)
             table = None
@@ -88,8 +88,5 @@ def solve_paper(
         # Iterations take about equally long: one that would run over the deadline is not begun.
         before, last = last, time.perf_counter()
         if last - before > attempt.time_left:
-            break
-    samples = np.concatenate(drawn)
-    if attempt.route is None:
-        return PlanStatus.TIME_LIMIT, samples
-    return (PlanStatus.OPTIMAL if attempt.closed else PlanStatus.FEASIBLE), samples  # line 20
+            yield
+            last = time.perf_counter()

@@ -1,0 +1,1 @@
+"""Queries for more than one path: several ends, many pairs, several ways."""

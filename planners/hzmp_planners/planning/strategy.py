@@ -1,0 +1,126 @@
+"""Which method runs when: the plane exactly, else exploration and then proof."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from typing import Literal
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.planning.attempt import Attempt, Route
+from hzmp_planners.planning.bends.bend_graph import BendGraphs
+from hzmp_planners.planning.crossings import CrossingGraphs
+from hzmp_planners.planning.detour import bottleneck_bound
+from hzmp_planners.planning.explore import explore
+from hzmp_planners.planning.follow import offer_known
+from hzmp_planners.planning.lazy import explore_with_veto
+from hzmp_planners.planning.paper.algorithm import solve_paper
+from hzmp_planners.planning.paper.settings import PaperSettings
+from hzmp_planners.planning.planar.certificate import certify
+from hzmp_planners.planning.planar.taut_search import TautSearch
+from hzmp_planners.planning.prepared import prepared
+from hzmp_planners.planning.prove import prove
+from hzmp_planners.planning.result import path_length
+
+_SEARCHED = 0.6  # share of the time after which a search of the plane leaves the rest to samples
+_FEW_PAIRS = 500  # up to here a relaxation of everything below the cost is cheap
+_TRIED = 2  # relaxations over few faces before bends are tried
+
+
+def steps(
+    attempt: Attempt,
+    space: FreeSpace,
+    known: Floats | None,
+    paper: PaperSettings | Literal["best"],
+    rng: np.random.Generator,
+) -> Iterator[None]:
+    """Work on an attempt until there is nothing left to do; yields whenever the time is over.
+
+    Args:
+        attempt: what is worked on.
+        space: its free space.
+        known: a path for similar ends, shape (k, n) [m].
+        paper: settings of the paper's method; or ours.
+        rng: of the random samples.
+    """
+    query, graph = attempt.query, attempt.graph
+    components = graph.components
+    if not np.isin(components[query.start_leaves], components[query.goal_leaves]).any():
+        attempt.raise_bound(math.inf)
+        return
+    common = np.intersect1d(query.start_leaves, query.goal_leaves)
+    if len(common):
+        attempt.offer(Route(np.array([query.start, query.goal]), common[:1], attempt.bound))
+        if attempt.closed:
+            return
+    elif known is not None:
+        offer_known(attempt, space, known)
+    if isinstance(paper, PaperSettings):
+        yield from solve_paper(attempt, space, paper, rng)
+        return
+    if not len(common):
+        attempt.raise_bound(
+            bottleneck_bound(
+                attempt.detours, graph.ends, graph.leaf_count, query.start_leaves, query.goal_leaves
+            )
+        )
+        if space.n == 2 and space.disjoint:
+            yield from _search_plane(attempt, space, rng)
+    if attempt.has_veto:
+        yield from explore_with_veto(attempt, rng)
+        return
+    if not attempt.closed:
+        yield from explore(attempt, rng)
+    if not attempt.closed and math.isfinite(attempt.limit):
+        yield from _prove(attempt, space)
+
+
+def _search_plane(attempt: Attempt, space: FreeSpace, rng: np.random.Generator) -> Iterator[None]:
+    """Find the shortest path in the plane; where that takes long, a sampled one first."""
+    query, mesh = attempt.query, prepared(space).mesh
+    search = TautSearch(mesh, query.start, query.goal, query.start_leaves, query.goal_leaves)
+    exploration = explore(attempt, rng)
+    while True:
+        deadline = time.perf_counter() + _SEARCHED * attempt.time_left
+        search.run(attempt.cutoff, deadline)
+        if search.path is not None:
+            points, leaves = search.path.waypoints, search.path.leaves
+            attempt.offer(Route(points, leaves, path_length(points)))
+        attempt.raise_bound(search.bound, certify(mesh, search, query.start, query.goal))
+        if search.path is not None or search.bound >= attempt.cutoff:
+            return
+        next(exploration, None)
+        yield
+
+
+def _prove(attempt: Attempt, space: FreeSpace) -> Iterator[None]:
+    """Bound over crossed faces or, in 3-D, over the bends of taut strings, as it is best."""
+    if space.n == 2:
+        yield from _prove_over_faces(attempt)
+        return
+    graph, world = attempt.graph, prepared(space).bends
+    near = attempt.detours < attempt.limit
+    pairs = 2 * int(near[graph.pairs[:, :2]].all(axis=1).sum())
+    # A few faces are quickly tried. Cracks that no path passes make the bends' bound lower.
+    if world.cracked or pairs <= _FEW_PAIRS:
+        yield from _prove_over_faces(attempt, math.inf if world.cracked else _TRIED)
+    if not attempt.closed:
+        target = attempt.target
+        graphs = BendGraphs(world, attempt.query.start, attempt.query.goal, target)
+        yield from prove(attempt, graphs, target)
+    if not attempt.closed and not world.cracked:  # else that was all that faces can prove
+        yield from _prove_over_faces(attempt)
+
+
+def _prove_over_faces(attempt: Attempt, rounds: float = math.inf) -> Iterator[None]:
+    threshold = attempt.limit
+    graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)
+    if len(graphs.first.pairs) > _FEW_PAIRS:
+        # Paths longer than this need no bound of their own: the gap is closed at it.
+        threshold = attempt.target
+        graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)
+    yield from prove(attempt, graphs, threshold, rounds)
