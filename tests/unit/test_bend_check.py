@@ -27,6 +27,12 @@ Change = Callable[[Certificate], Certificate]
 CUBE = (np.zeros(3), np.ones(3))
 
 
+@pytest.fixture(autouse=True)
+def bends_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Worlds as small as these would be bounded over their few faces."""
+    monkeypatch.setattr("hzmp_planners.planning.planner._FEW_PAIRS", 0)
+
+
 @cache
 def proved() -> Plan:
     """A plan around three pyramids whose bound takes a chain of several graphs."""

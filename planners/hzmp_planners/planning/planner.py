@@ -28,6 +28,9 @@ from hzmp_planners.planning.roadmap import Query
 
 _SEARCHED = 0.6  # share of the time after which a search of the plane leaves the rest to samples
 
+_FEW_PAIRS = 500  # up to here a relaxation of everything below the cost is cheap
+_TRIED = 2  # relaxations over few faces before bends are tried
+
 
 def plan(
     space: FreeSpace,
@@ -137,24 +140,31 @@ def _search_plane(attempt: Attempt, space: FreeSpace) -> None:
 
 
 def _prove(attempt: Attempt, space: FreeSpace) -> None:
-    """Prove what is best to relax first: in 3-D the bends of taut strings, else crossed faces."""
-    query, world = attempt.query, prepared(space).bends
-
-    def over_faces() -> None:
+    """Bound over crossed faces or, in 3-D, over the bends of taut strings, as it is best."""
+    if space.n == 2:
+        _prove_over_faces(attempt)
+        return
+    graph, world = attempt.graph, prepared(space).bends
+    near = attempt.detours < attempt.cost
+    pairs = 2 * int(near[graph.pairs[:, :2]].all(axis=1).sum())
+    # A few faces are quickly tried. Cracks that no path passes make the bends' bound lower.
+    if world.cracked or pairs <= _FEW_PAIRS:
+        _prove_over_faces(attempt, math.inf if world.cracked else _TRIED)
+    if not attempt.done:
         target = attempt.target
-        prove(attempt, CrossingGraphs(attempt.graph, query, attempt.detours, target), target)
+        prove(attempt, BendGraphs(world, attempt.query.start, attempt.query.goal, target), target)
+    if not attempt.done:
+        _prove_over_faces(attempt)
 
-    def over_edges() -> None:
-        target = attempt.target
-        prove(attempt, BendGraphs(world, query.start, query.goal, target), target)
 
-    stages = [over_faces]
-    if space.n == 3:
-        # Cracks that no path passes make the bends' bound lower.
-        stages.insert(1 if world.cracked else 0, over_edges)
-    for stage in stages:
-        if not attempt.done:
-            stage()
+def _prove_over_faces(attempt: Attempt, rounds: float = math.inf) -> None:
+    threshold = attempt.cost
+    graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)
+    if graphs.first is None or len(graphs.first.pairs) > _FEW_PAIRS:
+        # Paths longer than this need no bound of their own: the gap is closed at it.
+        threshold = attempt.target
+        graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)
+    prove(attempt, graphs, threshold, rounds)
 
 
 def _located(space: FreeSpace, point: Floats, name: str) -> Ints:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 from typing import Protocol
@@ -35,7 +36,7 @@ class Graphs(Protocol):
         ...
 
 
-def prove(attempt: Attempt, graphs: Graphs, threshold: float) -> None:
+def prove(attempt: Attempt, graphs: Graphs, threshold: float, rounds: float = math.inf) -> None:
     """Raise the bound of an attempt until its gap is closed or the time is up.
 
     The flow of each relaxation is rounded into paths, which improve the route too.
@@ -44,12 +45,14 @@ def prove(attempt: Attempt, graphs: Graphs, threshold: float) -> None:
         attempt: has a route.
         graphs: of what is relaxed.
         threshold: the one that `graphs.first` was built with [m].
+        rounds: how many relaxations to solve at the most.
     """
     graph = graphs.first
     parent: Certificate | None = None
     cuts: Cuts = {}
     pair_time = _PAIR_TIME
-    while graph is not None and not attempt.done:
+    while graph is not None and rounds > 0 and not attempt.done:
+        rounds -= 1
         count = len(graph.pairs)
         if not count:
             attempt.raise_bound(threshold, Certificate.empty(graph, threshold, parent, cuts))
