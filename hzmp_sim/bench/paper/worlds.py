@@ -103,7 +103,11 @@ def enclosure() -> PaperWorld:
 
 def overview() -> PaperWorld:
     """Figures 1 and 4: three ways around four obstacles."""
-    boxes: list[Box] = [((2.2, 0.0), (3.0, 2.3)), ((4.6, 1.5), (5.4, 3.2)), ((7.0, 2.6), (7.8, 5.0))]
+    boxes: list[Box] = [
+        ((2.2, 0.0), (3.0, 2.3)),
+        ((4.6, 1.5), (5.4, 3.2)),
+        ((7.0, 2.6), (7.8, 5.0)),
+    ]
     slanted = Polytope.from_vertices([(2.0, 3.2), (3.2, 3.0), (3.0, 4.3), (2.3, 4.2)])
     return _world(
         "overview", "3", "m", ((0, 0), (10, 5)), [*_boxes(boxes), slanted], (1.0, 1.2), (9.0, 3.8),
