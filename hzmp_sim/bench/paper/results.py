@@ -9,8 +9,9 @@ from typing import Any, Self
 
 PAPER, BEST = "paper", "best"
 TITLES = {PAPER: 'HZ-MP as in the paper, `method="paper"`', BEST: "hzmp-sim's default"}
-BOUND_TOL = 1e-9
-"""A bound above the optimum by more than this, relative to it, is wrong; a path below it too."""
+BOUND_TOL = 1e-7
+"""A bound above the optimum by more than this, relative to it, is wrong; a path below it too.
+The visibility graph grows boxes by 1e-9."""
 
 
 @dataclass(frozen=True)
