@@ -92,7 +92,7 @@ def pipeline() -> Figure:
     """Figure 1: environment, leaves, candidate paths, ellipsotope, what it leaves."""
     shown = _Shown()
     world, space = shown.world, shown.space
-    figure = new_figure(4.1)
+    figure = new_figure(3.7)
     panels = figure.subplots(2, 3).ravel()
     titles = (
         "(a) obstacles, start, goal",
@@ -179,11 +179,11 @@ def four_leaves() -> Figure:
     start, goal = np.array([0.25, 1.6, 0.4]), np.array([3.75, 1.6, 0.4])
     path = plan(space, start, goal)
     figure = new_figure(3.9)
-    grid = figure.add_gridspec(1, 2, width_ratios=[2.1, 1.0])
+    grid = figure.add_gridspec(1, 2, width_ratios=[2.3, 1.0], wspace=0.12)
     axes: Any = figure.add_subplot(grid[0], projection="3d")
     _draw_boxes(axes, space)
     axes.set(xlim=(0, 4), ylim=(0, 2), zlim=(0, 2), xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-    axes.set_box_aspect((4, 2, 2), zoom=1.15)
+    axes.set_box_aspect((4, 2, 2), zoom=1.05)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
         axis.set_major_locator(MultipleLocator(1.0))
