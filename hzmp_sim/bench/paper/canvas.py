@@ -43,9 +43,7 @@ def draw_obstacles(axes: Axes, world: PaperWorld) -> None:
     """What of the obstacles is in the workspace."""
     parts = [within(block, world.lo, world.hi).vertices() for block in world.obstacles]
     rings = [counter_clockwise(part) for part in parts if len(part) > 2]
-    axes.add_collection(
-        PolyCollection(rings, facecolors=palette.OBSTACLE, edgecolors="none", zorder=2)
-    )
+    axes.add_collection(PolyCollection(rings, color=palette.OBSTACLE, linewidths=0.6, zorder=2))
 
 
 def draw_leaves(axes: Axes, space: FreeSpace, kept: Ints | None = None) -> None:

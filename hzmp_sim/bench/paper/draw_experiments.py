@@ -30,12 +30,13 @@ from hzmp_sim.bench.paper.reported import MAZE_ITERATIONS
 from hzmp_sim.bench.paper.results import Convergence
 from hzmp_sim.bench.paper.worlds import PaperWorld, enclosure, maze, passage
 from hzmp_sim.output import palette
-from hzmp_sim.output.style import legend_above, plain
+from hzmp_sim.output.style import plain
 
+_LEAST = 1e-8  # lower end of the costs that are drawn
 _LONG = 60.0  # [s]: iterations end a run, not the clock
 _SHADES = (palette.SAMPLE, palette.INFORMED, palette.FLOWN, palette.PATH)
 """Of paths in the order in which they were found."""
-_FEW = 2  # samples per face: so few that single improvements can be seen
+_FEW = 4  # samples per face: so few that single improvements can be seen
 
 
 def _adopted(world: PaperWorld, space: FreeSpace, count: int, samples: int) -> list[Iteration]:
@@ -86,14 +87,19 @@ def convergence(experiments: Sequence[Convergence]) -> Figure:
         axes.plot(number, cost, "o", color=palette.PATH, ms=3.5, label="this iteration's")
         axes.plot(number[stars], cost[stars], "*", color=palette.BOUND, mec=palette.INK, mew=0.5,
                   ms=11, label="adopted")  # fmt: skip
-        axes.set_title(f"{one.section} {one.world}", fontsize=10, y=1.14, loc="left")
+        axes.set_title(f"{one.section} {one.world}", fontsize=10, loc="left")
         axes.set(yscale="log", xlabel="iteration")
         axes.xaxis.set_major_locator(MultipleLocator(8))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100.0 * value:g} %"))
+        axes.yaxis.set_major_formatter(FuncFormatter(_percent))
         plain(axes)
-    legend_above(panels[0])
-    panels[0].set_ylabel("cost above the optimum")
+    panels[0].set(ylabel="cost above the optimum", ylim=(0.5 * _LEAST, 0.1))
+    handles, names = panels[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside upper center", ncols=3, frameon=False, fontsize=9)
     return figure
+
+
+def _percent(value: float, _: Any) -> str:
+    return f"{100.0 * value:.7f}".rstrip("0").rstrip(".") + " %"
 
 
 def passage_ellipsotopes() -> Figure:
@@ -116,11 +122,12 @@ def passage_ellipsotopes() -> Figure:
         )
     for one, colour in zip(picked, _SHADES[-len(picked) :], strict=True):
         label = f"iteration {one.number}: {one.best:.2f} m"
-        _draw_shell(axes, _informed(world, one), colour)
+        if one in (picked[0], picked[-1]):
+            _draw_shell(axes, _informed(world, one), colour)
         draw_path(axes, one.waypoints, colour, label, 1.6)
     draw_ends(axes, world)
     axes.set(xlim=(-15, 15), ylim=(0, 15), zlim=(0, 5), xlabel="x [m]", ylabel="y [m]")
-    axes.set_box_aspect((30, 15, 10), zoom=1.35)
+    axes.set_box_aspect((30, 15, 10), zoom=1.5)
     axes.view_init(elev=28, azim=-66)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
@@ -152,14 +159,14 @@ def _spread(count: int, wanted: int) -> list[int]:
 
 def _draw_shell(axes: Any, informed: Ellipsotope, colour: str) -> None:
     """An ellipsoid as a wire frame, what is outside of the picture left out."""
-    polar, around = np.meshgrid(np.linspace(0, np.pi, 19), np.linspace(0, 2 * np.pi, 25))
+    polar, around = np.meshgrid(np.linspace(0, np.pi, 65), np.linspace(0, 2 * np.pi, 49))
     ball = np.stack([np.cos(polar), np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around)])
     shell = informed.c[:, None, None] + np.einsum("ij,jkl->ikl", _along(informed), ball)
     outside = (shell[2] < 0.0) | (shell[2] > 5.0) | (shell[1] < 0.0) | (shell[1] > 15.0)
     shell[:, outside] = np.nan
-    for lines in (np.moveaxis(shell, 0, -1), np.moveaxis(shell, 0, -1).transpose(1, 0, 2)):
-        for line in lines:
-            axes.plot(*line.T, color=colour, lw=0.5, alpha=0.55, zorder=3)
+    grid = np.moveaxis(shell, 0, -1)
+    for line in (*grid[::6], *grid.transpose(1, 0, 2)[::8]):
+        axes.plot(*line.T, color=colour, lw=0.8, alpha=0.7, zorder=3)
 
 
 def _along(informed: Ellipsotope) -> Any:
@@ -182,7 +189,10 @@ def enclosure_path() -> Figure:
     axes.plot(*outline(_informed(world, last)).T, "--", color=palette.INK, lw=1.2, zorder=5,
               label="ellipsotope")  # fmt: skip
     for k, leaf in enumerate(space.leaves):
-        axes.annotate(str(k), leaf.vertices().mean(axis=0), ha="center", va="center", fontsize=11,
+        place = leaf.vertices().mean(axis=0)
+        if np.linalg.norm(place - world.start) < 1.0:
+            place = place + [0.0, 1.5]
+        axes.annotate(str(k), place, ha="center", va="center", fontsize=11,
                       color=palette.INK, zorder=4)  # fmt: skip
     draw_path(axes, last.waypoints, palette.PATH, f"path, {last.best:.3f} m")
     draw_ends(axes, world)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -44,12 +45,16 @@ def rectangles(results: Results) -> Figure:
     panels[0, 0].set(ylabel="runs with a path", ylim=(-0.03, 1.03))
     panels[0, 0].yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:.0f} %"))
     panels[1, 0].set(ylabel="cost above the optimum", yscale="log", ylim=(0.6 * _LEAST, 0.2))
-    panels[1, 0].yaxis.set_major_formatter(FuncFormatter(lambda part, _: f"{100 * part:g} %"))
+    panels[1, 0].yaxis.set_major_formatter(FuncFormatter(_percent))
     for axes in panels.flat:
         plain(axes)
     handles, names = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside upper center", ncols=2, frameon=False, fontsize=9)
     return figure
+
+
+def _percent(part: float, _: Any) -> str:
+    return f"{'≤ ' if part <= _LEAST else ''}{100.0 * part:g} %"
 
 
 def _of(runs: Sequence[Run], planner: str) -> list[Run]:
@@ -73,7 +78,7 @@ def _success(axes: Axes, grid: Floats, ratios: Floats, colour: str, planner: str
     most = np.where(solved < count, solved, count - 1)
     high = np.where(solved < count, beta.ppf(1.0 - tail, most + 1, count - most), 1.0)
     axes.fill_between(grid, low, high, color=colour, alpha=0.15, lw=0)
-    axes.plot(grid, solved / count, color=colour, lw=1.6, label=TITLES[planner])
+    axes.plot(grid, solved / count, color=colour, lw=1.6, label=TITLES[planner].replace("`", ""))
 
 
 def _cost(axes: Axes, grid: Floats, ratios: Floats, colour: str) -> None:
