@@ -269,7 +269,7 @@ def test_the_excess_is_at_most_twice_the_distances_of_the_nearest_samples(seed: 
 def turned(flat: Floats) -> Floats:
     """A polygon of the plane somewhere in space."""
     axes = np.linalg.qr(np.random.default_rng(3).standard_normal((3, 3)))[0]
-    return np.column_stack([flat, np.zeros(len(flat))]) @ axes.T + [0.3, -0.2, 0.5]
+    return np.asarray(np.column_stack([flat, np.zeros(len(flat))]) @ axes.T + [0.3, -0.2, 0.5])
 
 
 def ring(count: int, stretch: float) -> Floats:

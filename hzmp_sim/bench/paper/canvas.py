@@ -94,7 +94,8 @@ def outline(informed: Ellipsotope, axes: tuple[int, int] = (0, 1)) -> Floats:
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     rows = informed.G[list(axes)]
     shadow = np.linalg.cholesky(rows @ rows.T + 1e-12 * np.eye(2))
-    return informed.c[list(axes)] + np.column_stack([np.cos(angle), np.sin(angle)]) @ shadow.T
+    ring = np.column_stack([np.cos(angle), np.sin(angle)]) @ shadow.T
+    return np.asarray(informed.c[list(axes)] + ring)
 
 
 def legend_below(figure: Figure, axes: Any, columns: int) -> None:

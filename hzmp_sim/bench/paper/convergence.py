@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import statistics
 from dataclasses import asdict
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,7 @@ def measure_convergence(world: str, seeds: list[int]) -> dict[str, Any]:
     space = where.free_space()
     known = plan(space, where.start, where.goal, gap=_PROVED, time_limit=_LONG)
     runs = [iterations(where, space, max(AFTER), seed) for seed in seeds]
-    spent = [b.time_s - a.time_s for run in runs for a, b in zip(run, run[1:], strict=False)]
+    spent = [b.time_s - a.time_s for run in runs for a, b in pairwise(run)]
     result = Convergence(
         world=world,
         section=where.section,

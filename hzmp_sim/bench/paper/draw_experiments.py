@@ -133,11 +133,10 @@ def passage_ellipsotopes() -> Figure:
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
         axis.set_major_locator(MultipleLocator(5.0))
     side = figure.add_subplot(grid[1])
-    wall = dict(color=palette.OBSTACLE, zorder=1)
-    side.fill_between([-0.15, 0.15], 0.0, 4.0, **wall)
-    for x in (-7.0, 7.0):
-        side.fill_between([x - 0.15, x + 0.15], 0.0, 1.5, **wall)
-        side.fill_between([x - 0.15, x + 0.15], 3.5, 5.0, **wall)
+    walls = [(0.0, 0.0, 4.0)]
+    walls += [(x, *part) for x in (-7.0, 7.0) for part in ((0.0, 1.5), (3.5, 5.0))]
+    for x, low, high in walls:
+        side.fill_between([x - 0.15, x + 0.15], low, high, color=palette.OBSTACLE, zorder=1)
     for one, colour in zip(picked, _SHADES[-len(picked) :], strict=True):
         side.plot(*outline(_informed(world, one), (0, 2)).T, "--", color=colour, lw=1.0)
         draw_path(side, one.waypoints[:, [0, 2]], colour, None, 1.6)
@@ -191,7 +190,7 @@ def enclosure_path() -> Figure:
     for k, leaf in enumerate(space.leaves):
         place = leaf.vertices().mean(axis=0)
         if np.linalg.norm(place - world.start) < 1.0:
-            place = place + [0.0, 1.5]
+            place += np.array([0.0, 1.5])
         axes.annotate(str(k), place, ha="center", va="center", fontsize=11,
                       color=palette.INK, zorder=4)  # fmt: skip
     draw_path(axes, last.waypoints, palette.PATH, f"path, {last.best:.3f} m")

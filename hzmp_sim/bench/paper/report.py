@@ -19,6 +19,7 @@ from hzmp_sim.bench.paper.results import BEST, PAPER, TITLES, Results, Run
 from hzmp_sim.bench.tables import Table, percent, seconds
 
 _UNKNOWN = "-"
+_ROUND_OFF = 1e-12  # gaps below it are none
 
 
 def tables_of(results: Results) -> list[Table]:
@@ -66,7 +67,7 @@ def _one_scene(results: Results) -> Table:
                 _lengths(costs),
                 _lengths([cost / optimum for cost in costs], 4),
                 f"{statistics.median(run.lower_bound for run in runs) / optimum:.4f}",
-                percent(_median([run.gap for run in runs])),
+                _gap(runs),
                 seconds(_median([run.decompose_s + run.first_s for run in runs])),
                 seconds(_median([run.total_s for run in runs])),
             )
@@ -80,9 +81,9 @@ def _one_scene(results: Results) -> Table:
             "bound / c*", "gap", "first path with decomposition", "stops after",
         ),
         rows,
-        f"Least / median / greatest of {count} runs of {budget}. The rows above the line of HZ-MP "
-        "are what the paper reports of its own scene, which is not published; the least cost that "
-        f"anyone found there is {LEAST_COST}. Our scene (seed {results.one}) is the one of our "
+        f"Least / median / greatest of {count} runs of {budget}. The rows (reported) are what "
+        "the paper says of its own scene, which is not published; the least cost that anyone found "
+        f"there is {LEAST_COST}. Our scene (seed {results.one}) is the one of our "
         f"draws whose optimum is closest to that: {optimum:.4f}, by a visibility graph. Times are "
         "those of a query on a free space that is there; then with its decomposition and leaf "
         "graph. The gap is to the planner's own lower bound: the paper has only the straight line.",
@@ -115,7 +116,7 @@ def _many_scenes(results: Results) -> Table:
                 _lengths([run.first_cost / optimum[run.scene] for run in runs], 4),
                 _lengths([run.final_cost / optimum[run.scene] for run in runs], 4),
                 _lengths([run.lower_bound / optimum[run.scene] for run in runs], 4),
-                _median_percent([run.gap for run in runs]),
+                _gap(runs),
                 _times([run.decompose_s for run in runs]),
                 _times([run.total_s for run in runs]),
             )
@@ -174,8 +175,10 @@ def _median(values: Sequence[float]) -> float | None:
     return middle if math.isfinite(middle) else None
 
 
-def _median_percent(values: Sequence[float]) -> str:
-    return percent(_median(values))
+def _gap(runs: Sequence[Run]) -> str:
+    """Median gap; round-off is none."""
+    middle = _median([run.gap for run in runs])
+    return percent(0.0 if middle is not None and middle < _ROUND_OFF else middle)
 
 
 def _times(values: Sequence[float]) -> str:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from typing import Any, Self
+from typing import Any, Final, Self
 
-PAPER, BEST = "paper", "best"
+PAPER: Final = "paper"
+BEST: Final = "best"
 TITLES = {PAPER: 'HZ-MP as in the paper, `method="paper"`', BEST: "hzmp-sim's default"}
 BOUND_TOL = 1e-7
 """A bound above the optimum by more than this, relative to it, is wrong; a path below it too.
