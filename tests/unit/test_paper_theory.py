@@ -82,12 +82,10 @@ def test_uniform_samples_of_the_volume_miss_the_door_that_faces_have() -> None:
 def mean_excess(
     space: FreeSpace, start: Any, goal: Any, optimum: float, counts: list[int], runs: int
 ) -> Floats:
-    return np.array(
-        [
-            np.mean([sampled_cost(space, start, goal, N, seed) for seed in range(runs)]) - optimum
-            for N in counts
-        ]
-    )
+    means = [
+        np.mean([sampled_cost(space, start, goal, N, seed) for seed in range(runs)]) for N in counts
+    ]
+    return np.array(means, dtype=np.float64) - optimum
 
 
 def exponent(counts: list[int], excess: Floats) -> float:

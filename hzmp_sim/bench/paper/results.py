@@ -52,6 +52,13 @@ class Convergence:
     """Median time of an iteration [ms]."""
     made_up: str
 
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
+        """What `asdict` made."""
+        made = dict(data)
+        made["steps"] = [Step(**step) for step in data["steps"]]
+        return cls(**made)
+
 
 @dataclass(frozen=True)
 class Run:
@@ -142,10 +149,7 @@ class Results:
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
         """What `to_dict` made."""
         made = {field.name: data[field.name] for field in fields(cls)}
-        made["experiments"] = [
-            Convergence(**one | {"steps": [Step(**step) for step in one["steps"]]})
-            for one in data["experiments"]
-        ]
+        made["experiments"] = [Convergence.from_dict(one) for one in data["experiments"]]
         made["scenes"] = [Scene(**one) for one in data["scenes"]]
         for name in ("many_runs", "many_scenes"):
             made[name] = [Run(**one) for one in data[name]]

@@ -10,7 +10,7 @@ from typing import Any
 from hzmp_sim.bench.fresh import FreshProcesses
 from hzmp_sim.bench.machine import machine
 from hzmp_sim.bench.paper.reported import LEAST_COST
-from hzmp_sim.bench.paper.results import Convergence, Results, Run, Scene, Step
+from hzmp_sim.bench.paper.results import Convergence, Results, Run, Scene
 from hzmp_sim.bench.paper.settings import PaperBenchSettings, effort_of
 from hzmp_sim.bench.paper.worlds import WORLDS
 from hzmp_sim.progress import progress
@@ -63,10 +63,7 @@ def bench_paper(settings: PaperBenchSettings, command: str) -> Results:
         command=command,
         machine=facts,
         settings=asdict(settings) | {"effort": asdict(effort)},
-        experiments=[
-            Convergence(**found | {"steps": [Step(**step) for step in found["steps"]]})
-            for found in experiments
-        ],
+        experiments=[Convergence.from_dict(found) for found in experiments],
         scenes=scenes,
         passed=drawn["passed"],
         one=one,
