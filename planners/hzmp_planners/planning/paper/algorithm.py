@@ -42,7 +42,7 @@ def solve_paper(
         The status, and the samples of all iterations that improved the path, shape (S, n) [m].
     """
     graph, query = attempt.graph, attempt.query
-    began = last = time.perf_counter()
+    began = time.perf_counter()
 
     def expired() -> bool:
         return attempt.time_left <= 0.0
@@ -54,6 +54,7 @@ def solve_paper(
     table: PathTable | None = None
     parts = drawn[0]
     number = 0  # line 10
+    last = time.perf_counter()
     while number != settings.iterations and not attempt.done:  # line 11
         if paths.extend() or table is None:
             if not paths.paths:
