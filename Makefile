@@ -23,7 +23,7 @@ demo: $(VENV)/installed
 	$(BIN)/hzmp-sim run models/narrow_passage/scene.xml --body quadrotor --out runs/demo
 
 test: check
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
 check: $(VENV)/installed-dev
 	$(BIN)/ruff format --check .

@@ -16,6 +16,7 @@ from typing import Annotated
 
 import cyclopts
 
+from hzmp_sim.bench.page import update_page
 from hzmp_sim.bench.peers.figures import write_figures
 from hzmp_sim.bench.peers.report import markdown
 from hzmp_sim.bench.peers.results import Results
@@ -43,10 +44,11 @@ def main(
         measured = bench_peers(settings, settings.command())
     else:
         measured = Results.from_dict(json.loads(results.read_text(encoding="utf-8")))
-    figures = write_figures(measured, page.parent / "images", "peers_")
-    links = [figure.relative_to(page.parent).as_posix() for figure in figures]
-    head = page.read_text(encoding="utf-8").partition("<!-- made by: ")[0]
-    page.write_text(head + markdown(measured, links, COMMAND), encoding="utf-8")
+    update_page(
+        page,
+        lambda folder: write_figures(measured, folder, "peers_"),
+        lambda links: markdown(measured, links, COMMAND),
+    )
 
 
 if __name__ == "__main__":

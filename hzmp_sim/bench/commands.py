@@ -41,13 +41,11 @@ def scale(
     from hzmp_sim.bench.scale.report import tables_of
     from hzmp_sim.bench.scale.run import bench_scale
     from hzmp_sim.bench.scale.write import prepare, write_results
-    from hzmp_sim.bench.tables import print_tables
+    from hzmp_sim.bench.tables import print_results
 
     prepare(out)
     results = bench_scale(settings, settings.command(out))
-    files = write_results(results, out)
-    print_tables(tables_of(results))
-    print("files     " + "\n          ".join(str(file) for file in files))
+    print_results(tables_of(results), write_results(results, out))
     return 0 if results.exact else INEXACT
 
 
@@ -69,13 +67,11 @@ def peers(
     from hzmp_sim.bench.peers.report import tables_of
     from hzmp_sim.bench.peers.run import bench_peers
     from hzmp_sim.bench.peers.write import prepare, write_results
-    from hzmp_sim.bench.tables import print_tables
+    from hzmp_sim.bench.tables import print_results
 
     prepare(out)
     results = bench_peers(settings, settings.command(out))
-    files = write_results(results, out)
-    print_tables(tables_of(results))
-    print("files     " + "\n          ".join(str(file) for file in files))
+    print_results(tables_of(results), write_results(results, out))
     return INEXACT if results.defects else 0
 
 

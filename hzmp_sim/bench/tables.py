@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table as RichTable
@@ -37,6 +38,12 @@ class Table:
             lines.append("")
         lines += [f"- {remark}" for remark in self.remarks]
         return "\n".join(lines) + "\n"
+
+
+def print_results(tables: Sequence[Table], files: Iterable[Path]) -> None:
+    """Print the tables of a benchmark, and which files it wrote."""
+    print_tables(tables)
+    print("files     " + "\n          ".join(str(file) for file in files))
 
 
 def print_tables(tables: Sequence[Table]) -> None:

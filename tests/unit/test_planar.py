@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import gc
 import math
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -113,3 +115,16 @@ def test_out_of_time_leaves_a_proved_bound() -> None:
     result = plan(scene.free_space(), scene.start, scene.goal, time_limit=1e-4, gap=0.0)
     assert result.lower_bound <= 0.8084174 * (1.0 + 1e-6)
     assert verify(result).ok, verify(result).describe()
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_what_a_plan_prepares_is_freed_with_its_space(n: int) -> None:
+    space = FreeSpace.decompose(
+        ([0.0] * n, [4.0] * n), [Polytope.from_box([1.0] * n, [3.0, 3.0, 3.5][:n])]
+    )
+    result = plan(space, [0.5, *[2.0] * (n - 1)], [3.5, *[2.1] * (n - 1)])
+    assert result.status is PlanStatus.OPTIMAL
+    alive = weakref.ref(space)
+    del space, result
+    gc.collect()
+    assert alive() is None

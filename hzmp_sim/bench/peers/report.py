@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from hzmp_sim.bench.page import page_text
 from hzmp_sim.bench.peers.analysis import (
     GRID,
     NEAR,
@@ -50,21 +51,16 @@ def markdown(results: Results, figures: Sequence[str] = (), maker: str | None = 
         figures: paths of pictures, as they are to be linked.
         maker: the command that makes this text, if not the one that measured.
     """
-    made = f"<!-- made by: {maker or results.command} -->"
     facts, done = results.machine, effort(results)
     known = sorted(facts["versions"].items())
     versions = ", ".join(f"{name} {number}" for name, number in known)
-    lines = [
-        made,
+    introduction = (
         f"{facts['processor']}, {facts['cores']} cores, one thread used; load {facts['load']:g} "
         f"before the run; {facts['system']}, Python {facts['python']}; {versions}. {done['runs']} "
         f"runs of {done['budget']:g} s per scene and planner. `{results.command}` took "
-        f"{results.seconds:,.0f} s.\n",
-    ]
-    lines += [table.markdown() for table in tables_of(results)]
-    for figure in figures:
-        lines += [f"{made}\n![{figure.rsplit('/', 1)[-1].split('.')[0]}]({figure})\n"]
-    return "\n".join(lines)
+        f"{results.seconds:,.0f} s."
+    )
+    return page_text(maker or results.command, introduction, tables_of(results), figures)
 
 
 def _ratios(results: Results, check: str) -> Table:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 from collections.abc import Sequence
 
+from hzmp_sim.bench.page import page_text
 from hzmp_sim.bench.scale.fits import SERIES, series
 from hzmp_sim.bench.scale.results import Results, Target, WorldResult
 from hzmp_sim.bench.tables import Table, percent, seconds, short
@@ -28,20 +29,15 @@ def markdown(results: Results, figures: Sequence[str] = (), maker: str | None = 
         figures: paths of pictures, as they are to be linked.
         maker: the command that makes this text, if not the one that measured.
     """
-    made = f"<!-- made by: {maker or results.command} -->"
     facts = results.machine
     versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
-    lines = [
-        made,
+    introduction = (
         f"{facts['processor']}, {facts['cores']} cores, one thread used; load {facts['load']:g} "
         f"before the run, and the decompositions had a processor for {percent(results.cpu_share)} "
         f"of their time; {facts['system']}, Python {facts['python']}; {versions}. "
-        f"`{results.command}` took {results.seconds:,.0f} s.\n",
-    ]
-    lines += [table.markdown() for table in tables_of(results)]
-    for figure in figures:
-        lines += [f"{made}\n![{figure.rsplit('/', 1)[-1].split('.')[0]}]({figure})\n"]
-    return "\n".join(lines)
+        f"`{results.command}` took {results.seconds:,.0f} s."
+    )
+    return page_text(maker or results.command, introduction, tables_of(results), figures)
 
 
 def _targets(results: Results) -> Table:

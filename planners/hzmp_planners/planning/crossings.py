@@ -15,20 +15,16 @@ from hzmp_planners.planning.relaxation import Relaxation
 from hzmp_planners.planning.roadmap import Query
 from hzmp_planners.planning.rounding import mixing_points
 
-_DIVIDED = 6  # every so many'th face is divided in each round
-
 
 class CrossingGraphs:
     """The crossing graphs of one query: the first one, and finer ones whose faces are divided."""
 
     def __init__(self, graph: LeafGraph, query: Query, detours: Floats, threshold: float) -> None:
-        self.first: CrossingGraph | None
         self.first = build_crossings(graph, query, detours < threshold, threshold)
 
     def loose_points(self, relaxation: Relaxation) -> Cuts:
         """The faces on which flows mix most, at their mean points."""
-        nodes = len(relaxation.certificate.graph.corners)
-        return mixing_points(relaxation, max(4, nodes // _DIVIDED))
+        return mixing_points(relaxation)
 
     def divide(self, graph: CrossingGraph, cuts: Cuts, threshold: float) -> CrossingGraph:
         """Cut faces in two, and leave out what the halves exclude."""

@@ -27,7 +27,6 @@ from hzmp_planners.planning.result import Plan, PlanStatus, path_length
 from hzmp_planners.planning.roadmap import Query
 
 _SEARCHED = 0.6  # share of the time after which a search of the plane leaves the rest to samples
-
 _FEW_PAIRS = 500  # up to here a relaxation of everything below the cost is cheap
 _TRIED = 2  # relaxations over few faces before bends are tried
 
@@ -43,9 +42,10 @@ def plan(
 ) -> Plan:
     """Shortest path from start to goal through the leaves of a free space, with a lower bound.
 
-    HZ-MP: locate start and goal; search over points sampled on shared faces and refine the best
-    face sequences exactly (`explore`); on the faces inside the informed ellipsotope of the best
-    cost, prove a lower bound (`prove`), until the asked gap is reached or the time is up.
+    In the plane the path is found exactly (`planar`). In 3-D, HZ-MP: search over points sampled on
+    shared faces and refine the best face sequences exactly (`explore`); then, on what lies inside
+    the informed ellipsotope of the best cost, prove a lower bound (`prove`), until the asked gap is
+    reached or the time is up.
 
     Args:
         space: the free space.
@@ -153,14 +153,14 @@ def _prove(attempt: Attempt, space: FreeSpace) -> None:
     if not attempt.done:
         target = attempt.target
         prove(attempt, BendGraphs(world, attempt.query.start, attempt.query.goal, target), target)
-    if not attempt.done:
+    if not attempt.done and not world.cracked:  # else that was all that faces can prove
         _prove_over_faces(attempt)
 
 
 def _prove_over_faces(attempt: Attempt, rounds: float = math.inf) -> None:
     threshold = attempt.cost
     graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)
-    if graphs.first is None or len(graphs.first.pairs) > _FEW_PAIRS:
+    if len(graphs.first.pairs) > _FEW_PAIRS:
         # Paths longer than this need no bound of their own: the gap is closed at it.
         threshold = attempt.target
         graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)

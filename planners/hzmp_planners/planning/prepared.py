@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from weakref import WeakKeyDictionary
 
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.bends.bend_graph import BendWorld
@@ -28,11 +27,7 @@ class Prepared:
         return BendWorld(self.space)
 
 
-_known: WeakKeyDictionary[FreeSpace, Prepared] = WeakKeyDictionary()
-
-
 def prepared(space: FreeSpace) -> Prepared:
-    """The tables of a free space; they live as long as it does."""
-    if space not in _known:
-        _known[space] = Prepared(space)
-    return _known[space]
+    """The tables of a free space, kept in it: they are gone when it is."""
+    known: Prepared = vars(space).setdefault("_prepared", Prepared(space))
+    return known

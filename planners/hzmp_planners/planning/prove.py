@@ -24,8 +24,10 @@ _GROWTH = 1.2  # exponent of its time over the number of pairs (measured)
 class Graphs(Protocol):
     """The graphs of one query that are relaxed one after the other."""
 
-    first: CrossingGraph | None
-    """All that a path shorter than the threshold may do; None where that is too much."""
+    @property
+    def first(self) -> CrossingGraph | None:
+        """All that a path shorter than the threshold may do; None where that is too much."""
+        ...
 
     def loose_points(self, relaxation: Relaxation) -> Cuts:
         """Where to cut which nodes so that the next relaxation is tighter."""

@@ -10,6 +10,7 @@ from hzmp_planners.planning.certificate import SOURCE, TARGET, Cuts
 from hzmp_planners.planning.relaxation import Relaxation
 
 _LEAST_FLOW = 1e-4  # flow below this is residue of the interior-point method
+_DIVIDED = 6  # every so many'th node is divided where flows mix
 
 
 def flow_chains(relaxation: Relaxation, most: int) -> list[list[int]]:
@@ -43,15 +44,16 @@ def flow_chains(relaxation: Relaxation, most: int) -> list[list[int]]:
     return chains
 
 
-def mixing_points(relaxation: Relaxation, most: int) -> Cuts:
-    """Where to cut faces: those on which flows from different points are averaged most.
+def mixing_points(relaxation: Relaxation) -> Cuts:
+    """Where to cut nodes: those on which flows from different points are averaged most.
 
     Returns:
-        For up to `most` nodes: the mean crossing point and the unit direction in which the
+        For up to a sixth of the nodes: the mean crossing point and the unit direction in which the
         crossing points of the node's pairs scatter most.
     """
     graph = relaxation.certificate.graph
     nodes, _, n = graph.corners.shape
+    most = max(4, nodes // _DIVIDED)
     weights = np.where(relaxation.flow > _LEAST_FLOW, relaxation.flow, 0.0)
     node = np.concatenate([graph.pairs[:, 1], graph.pairs[:, 0]])
     points = np.concatenate([relaxation.heads, relaxation.tails])

@@ -22,20 +22,20 @@ def make_planner(name: str, information: Any, n: int, size: float) -> Any:
 
 
 def _rrt_connect(library: Any, information: Any, reach: float) -> Any:
-    planner = library.RRTConnect(information)
-    planner.setRange(reach)
-    return planner
+    return _ranged(library.RRTConnect(information), reach)
 
 
 def _aorrtc(library: Any, information: Any, reach: float) -> Any:
-    planner = library.AORRTC(information)
+    return _ranged(library.AORRTC(information), reach)
+
+
+def _ranged(planner: Any, reach: float) -> Any:
     planner.setRange(reach)
     return planner
 
 
 def _informed_rrt_star(library: Any, information: Any, reach: float) -> Any:
-    planner = library.InformedRRTstar(information)
-    planner.setRange(reach)
+    planner = _ranged(library.InformedRRTstar(information), reach)
     planner.setGoalBias(_GOAL_BIAS)
     planner.setKNearest(False)
     planner.setRewireFactor(_REWIRE)

@@ -46,7 +46,6 @@ _ON_LINE = 1e-12
 the edge's facets would not do: near a sharp edge or a flat ridge they are next to nothing, too."""
 _SHORTEST = 1e-4  # pieces shorter than this are not cut for sight's sake [m at S = 1]
 _LEAST_FLOW = 1e-3  # flow below this is not worth a cut
-_DIVIDED = 6  # every so many'th piece is divided where flows mix
 _MOST_PIECES = 1500  # their pairs are compared all at once
 
 
@@ -102,7 +101,7 @@ class BendGraphs:
         number = np.arange(len(used))
         sight = np.column_stack([number, number + len(used)])
         blocked = hidden(points, sight, self._blockers, _MARGIN * self._scale, 0)
-        cuts = mixing_points(relaxation, max(4, len(graph.corners) // _DIVIDED))
+        cuts = mixing_points(relaxation)
         order = np.argsort(-relaxation.flow[used[blocked]], kind="stable")
         for row in used[blocked][order][: len(graph.corners)].tolist():
             ends = (relaxation.tails[row], relaxation.heads[row])

@@ -9,6 +9,7 @@ import numpy as np
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners._links import component_labels
 from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.planar.certificate import CornerCertificate
 from hzmp_planners.planning.result import Plan
 
@@ -67,19 +68,12 @@ def _vertices(space: FreeSpace) -> list[Floats]:
 
 def _bending_side(space: FreeSpace, vertex: Floats) -> Ints:
     """The connected leaves around a vertex that have more than half a turn together; else none."""
-    leaves = space.leaves_at(vertex)
-    graph = space.graph
-    doors = (
-        np.unique(np.concatenate([graph.faces_at(leaf) for leaf in leaves.tolist()]))
-        if len(leaves)
-        else np.zeros(0, dtype=np.int64)
-    )
-    doors = doors[_distances(graph.corners[doors], vertex) <= _TOUCH * space.scale]
-    number = {leaf: row for row, leaf in enumerate(leaves.tolist())}
-    links = [
-        (number[i], number[j]) for i, j in graph.ends[doors].tolist() if i in number and j in number
-    ]
-    labels = component_labels(np.array(links, dtype=np.int64).reshape(-1, 2), len(leaves))
+    leaves, graph = space.leaves_at(vertex), space.graph
+    doors = np.flatnonzero(np.isin(graph.ends, leaves).all(axis=1))
+    # To the face and back: the least detour of a point to itself.
+    away = least_detour(graph.corners[doors], vertex, vertex)[0] / 2.0
+    doors = doors[away <= _TOUCH * space.scale]
+    labels = component_labels(np.searchsorted(leaves, graph.ends[doors]), len(leaves))
     angles = np.array([_angle(space.leaf(leaf).vertices(), vertex) for leaf in leaves.tolist()])
     for label in np.unique(labels):
         if angles[labels == label].sum() > math.pi + 1e-9:
@@ -94,14 +88,6 @@ def _angle(corners: Floats, vertex: Floats) -> float:
     around = np.sort(np.arctan2(offset[:, 1], offset[:, 0]))
     gaps = np.diff(np.append(around, around[0] + 2.0 * math.pi))
     return float(2.0 * math.pi - gaps.max())
-
-
-def _distances(segments: Floats, point: Floats) -> Floats:
-    """Distance of a point from segments (F, 2, 2), shape (F,) [m]."""
-    origin, along = segments[:, 0], segments[:, 1] - segments[:, 0]
-    square = np.maximum((along**2).sum(axis=1), 1e-300)
-    share = np.clip(((point - origin) * along).sum(axis=1) / square, 0.0, 1.0)
-    return np.asarray(np.linalg.norm(origin + share[:, None] * along - point, axis=1))
 
 
 def _may_see(space: FreeSpace, one: tuple[Floats, Ints], two: tuple[Floats, Ints]) -> bool:

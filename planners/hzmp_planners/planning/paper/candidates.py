@@ -46,20 +46,15 @@ class Candidates:
         self.paths: list[Candidate] = []
         self._inactive = [False] * len(graph)
         self._most = settings.sequences
-        self._found = find_all_connected_paths(graph, query, settings.hop_limit, settings.sequences)
+        found = find_all_connected_paths(graph, query, settings.hop_limit, settings.sequences)
         self._ranked: Iterator[Candidate]
-        if self._found is None:
+        if found is None:
             self._ranked = most_promising(
                 graph, query, points, settings.hop_limit, self._pruned, expired
             )
         else:
-            self._found.sort(key=lambda path: _estimate(path, query, points))
-            self._ranked = iter(self._found)
-
-    @property
-    def complete(self) -> bool:
-        """Whether all sequences are known: then none that could be optimal is ever left out."""
-        return self._found is not None
+            found.sort(key=lambda path: _estimate(path, query, points))
+            self._ranked = iter(found)
 
     def _pruned(self, face: int) -> bool:
         return self._inactive[face]

@@ -132,25 +132,20 @@ class TautSearch:
             ra, rb = r_x * v - r_y * u, r_x * z - r_y * w
             level = e_x * (a_y - left_y) - e_y * (a_x - left_x)
             drop = e_x * h_y - e_y * h_x
-            if max(abs(level), abs(level + drop)) <= e_near:
-                # On the line of the interval: only along this line, past one of its ends.
-                beyond_right = e_x * (a_x - right_x) + e_y * (a_y - right_y) > -e_near
-                ends = (right_x, right_y, right) if beyond_right else (left_x, left_y, left)
-                bend = r_length if beyond_right else l_length
-                if ends[2] == root >= 0:
+            on_line = max(abs(level), abs(level + drop)) <= e_near
+            if on_line or h_y * u - h_x * v > near * (abs(h_x) + abs(h_y)):
+                # On the line of the interval, or the root is outside the leaf there: no string
+                # comes straight, only past one of the interval's ends.
+                past_right = min(ra, rb) < -r_near
+                if on_line:
+                    past_right = e_x * (a_x - right_x) + e_y * (a_y - right_y) > -e_near
+                end = (right_x, right_y, right) if past_right else (left_x, left_y, left)
+                bend = r_length if past_right else l_length
+                if on_line and end[2] == root >= 0:
                     bend = length
                 if bend < limit:
-                    node_ = _Node(bend, *ends, a_x, a_y, a, b_x, b_y, b, exit_, beyond, number)
-                    self._push(node_, limit)
-                continue
-            if h_y * u - h_x * v > near * (abs(h_x) + abs(h_y)):
-                # The root is outside the leaf there: no string comes straight.
-                beyond_right = min(ra, rb) < -r_near
-                ends = (right_x, right_y, right) if beyond_right else (left_x, left_y, left)
-                bend = r_length if beyond_right else l_length
-                if bend < limit:
-                    node_ = _Node(bend, *ends, a_x, a_y, a, b_x, b_y, b, exit_, beyond, number)
-                    self._push(node_, limit)
+                    past = _Node(bend, *end, a_x, a_y, a, b_x, b_y, b, exit_, beyond, number)
+                    self._push(past, limit)
                 continue
             hidden_left = 0.0 if la <= l_near else 1.0 if lb >= -l_near else la / (la - lb)
             hidden_right = 1.0 if rb >= -r_near else 0.0 if ra <= r_near else ra / (ra - rb)
