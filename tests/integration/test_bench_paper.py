@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from hzmp_planners.errors import QueryError
+from hzmp_sim.bench.boxes.laws import FLAT, random_boxes
 from hzmp_sim.bench.paper.figures import FIGURES
 from hzmp_sim.bench.paper.rectangles import find_scenes, optimal_cost
 from hzmp_sim.bench.paper.report import markdown, tables_of
 from hzmp_sim.bench.paper.results import BEST, PAPER, Results
 from hzmp_sim.bench.paper.settings import PaperBenchSettings, effort_of
 from hzmp_sim.bench.paper.worlds import WORLDS
-from hzmp_sim.bench.peers.laws import FLAT, random_boxes
 from hzmp_sim.cli import app
 from oracles import World, shortest_length
 

@@ -1,4 +1,4 @@
-"""The exact re-check of paths, and the edge checks that OMPL calls, in `hzmp-sim bench peers`."""
+"""The exact re-check of paths, and the edge checks that OMPL calls, in the benchmarks."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hzmp_planners.sets import Polytope
+from hzmp_sim.bench.boxes.recheck import depth_in, recheck
 from hzmp_sim.bench.peers.ompl.edges import (
     edge_is_free,
     spatial_boxes,
     state_is_free,
     states_are_free,
 )
-from hzmp_sim.bench.peers.recheck import depth_in, recheck
 from oracles import largest_ball, rotation
 
 UNIT = np.zeros(2), np.ones(2)

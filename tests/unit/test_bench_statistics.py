@@ -12,7 +12,7 @@ from hzmp_sim.bench.peers.analysis import summary, timed
 from hzmp_sim.bench.peers.ompl_log import log_text
 from hzmp_sim.bench.peers.report import markdown
 from hzmp_sim.bench.peers.results import COLD, WARM, Results, Run, SceneResult
-from hzmp_sim.bench.peers.statistics import (
+from hzmp_sim.bench.statistics import (
     cost_at,
     first_time,
     median,

@@ -16,10 +16,10 @@ from unittest.mock import patch
 import numpy as np
 
 from hzmp_planners.planning import plan
+from hzmp_sim.bench.boxes.laws import FLAT, random_boxes, solvable
+from hzmp_sim.bench.boxes.scene import BoxScene
+from hzmp_sim.bench.boxes.visibility import shortest_path
 from hzmp_sim.bench.paper.results import BEST, PAPER, Run, Scene
-from hzmp_sim.bench.peers.laws import FLAT, random_boxes, solvable
-from hzmp_sim.bench.peers.scenes import BoxScene
-from hzmp_sim.bench.peers.visibility import shortest_path
 
 
 def find_scenes(count: int, seed: int) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from hzmp_planners._arrays import Floats
-from hzmp_sim.bench.peers.scenes import BoxScene
+from hzmp_sim.bench.boxes.scene import BoxScene
 
 Boxes = list[tuple[list[float], list[float]]]
 """Lower and upper corner of each."""
