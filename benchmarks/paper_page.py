@@ -16,7 +16,8 @@ from typing import Annotated
 
 import cyclopts
 
-from hzmp_sim.bench.paper.figures import write_figures
+from hzmp_sim.bench.page import update_page
+from hzmp_sim.bench.paper.figures.all_figures import write_figures
 from hzmp_sim.bench.paper.report import markdown
 from hzmp_sim.bench.paper.results import Results
 from hzmp_sim.bench.paper.run import bench_paper
@@ -43,10 +44,11 @@ def main(
         measured = bench_paper(settings, settings.command())
     else:
         measured = Results.from_dict(json.loads(results.read_text(encoding="utf-8")))
-    figures = write_figures(measured, page.parent / "images", "paper_")
-    links = [figure.relative_to(page.parent).as_posix() for figure in figures]
-    head = page.read_text(encoding="utf-8").partition("<!-- made by: ")[0]
-    page.write_text(head + markdown(measured, links, COMMAND), encoding="utf-8")
+    update_page(
+        page,
+        lambda folder: write_figures(measured, folder, "paper_"),
+        lambda links: markdown(measured, links, COMMAND),
+    )
 
 
 if __name__ == "__main__":

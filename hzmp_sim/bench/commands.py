@@ -92,13 +92,9 @@ def paper(
     from hzmp_sim.bench.paper.report import tables_of
     from hzmp_sim.bench.paper.run import bench_paper
     from hzmp_sim.bench.paper.write import prepare, write_results
-    from hzmp_sim.bench.tables import print_tables
+    from hzmp_sim.bench.tables import print_results
 
     prepare(out)
     results = bench_paper(settings, settings.command(out))
-    files = write_results(results, out)
-    print_tables(tables_of(results))
-    print("files     " + "\n          ".join(str(file) for file in files))
-    for defect in results.defects:
-        print(f"defect    {defect}")
+    print_results(tables_of(results), write_results(results, out))
     return INEXACT if results.defects else 0

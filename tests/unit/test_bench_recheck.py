@@ -131,3 +131,16 @@ def test_single_states() -> None:
     assert state_is_free(0.1, 0.5, 0.0, boxes, counts)
     assert not state_is_free(0.5, 0.5, 0.0, boxes, counts)
     assert counts.tolist() == [0, 2]
+
+
+def test_wrong_paths_of_ours_are_named() -> None:
+    wall = Polytope.from_box((0.4, 0.0), (0.6, 0.5))
+    start, goal = np.array([0.1, 0.2]), np.array([0.9, 0.2])
+    around = [(0.1, 0.2), (0.4, 0.5), (0.6, 0.5), (0.9, 0.2)]
+    free = recheck(around, [wall], UNIT, start, goal)
+    assert free.defects(free.length, size=1.0) == []
+    assert ["long" in line for line in free.defects(free.length + 1e-3, size=1.0)] == [True]
+    through = recheck([(0.1, 0.2), (0.9, 0.3)], [wall], UNIT, start, goal)
+    deep, off = through.defects(through.length, size=1.0)
+    assert "0.1 m inside" in deep
+    assert "0.1 m from start or goal" in off

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-import statistics
 from collections.abc import Sequence
 
+from hzmp_sim.bench.machine import hardware, software
+from hzmp_sim.bench.page import page_text
 from hzmp_sim.bench.paper.convergence import AFTER
+from hzmp_sim.bench.paper.figures.all_figures import CAPTIONS
 from hzmp_sim.bench.paper.reported import (
     LEAST_COST,
     MAZE_COST,
@@ -16,15 +18,21 @@ from hzmp_sim.bench.paper.reported import (
     Reported,
 )
 from hzmp_sim.bench.paper.results import BEST, PAPER, TITLES, Results, Run
+from hzmp_sim.bench.statistics import median
 from hzmp_sim.bench.tables import Table, percent, seconds
+from hzmp_sim.bench.words import costs, times
 
 _UNKNOWN = "-"
-_ROUND_OFF = 1e-12  # gaps below it are none
+_QUALITY = ("final cost / c*", "bound / c*", "gap")
+_TIMES = ("decomposition", "first path with it", "planner stops after")
 
 
 def tables_of(results: Results) -> list[Table]:
     """All tables."""
-    return [_one_scene(results), _many_scenes(results), _experiments(results)]
+    tables = [_one_scene(results), _many_scenes(results), _experiments(results)]
+    if results.defects:
+        tables.append(Table("Wrong answers", (), (), remarks=results.defects))
+    return tables
 
 
 def markdown(results: Results, figures: Sequence[str] = (), maker: str | None = None) -> str:
@@ -35,106 +43,111 @@ def markdown(results: Results, figures: Sequence[str] = (), maker: str | None = 
         figures: paths of pictures, as they are to be linked.
         maker: the command that makes this text, if not the one that measured.
     """
-    made = f"<!-- made by: {maker or results.command} -->"
     facts = results.machine
-    versions = ", ".join(f"{name} {number}" for name, number in sorted(facts["versions"].items()))
-    lines = [
-        made,
-        f"{facts['processor']}, {facts['cores']} cores, one thread used; load {facts['load']:g} "
-        f"before the run; {facts['system']}, Python {facts['python']}; {versions}. "
-        f"`{results.command}` took {results.seconds:,.0f} s.\n",
-    ]
-    lines += [table.markdown() for table in tables_of(results)]
-    for figure in figures:
-        name = figure.rsplit("/", 1)[-1].split(".")[0].removeprefix("paper_")
-        lines += [f"{made}\n![Figure {name.replace('_', ' ')}]({figure})\n"]
-    return "\n".join(lines)
+    introduction = (
+        f"{hardware(facts)}; {software(facts)}. `{results.command}` took {results.seconds:,.0f} s."
+    )
+    tables = tables_of(results)
+    return page_text(maker or results.command, introduction, tables, figures, CAPTIONS)
 
 
 def _one_scene(results: Results) -> Table:
     """Table 1 of the paper: the reported rows, and ours on one scene."""
-    optimum = next(scene.optimum for scene in results.scenes if scene.seed == results.one)
+    optimum = results.optima[results.chosen]
     rows = [_reported(row) for row in TABLE_1]
     for planner in (PAPER, BEST):
-        runs = [run for run in results.many_runs if run.planner == planner]
-        costs = [run.final_cost for run in runs]
+        runs = _of(results.many_runs, planner)
         rows.append(
             (
-                TITLES[planner],
-                _success(runs),
-                _times([run.first_s for run in runs]),
+                *_first(planner, runs),
                 _lengths([run.first_cost for run in runs]),
-                _lengths(costs),
-                _lengths([cost / optimum for cost in costs], 4),
-                f"{statistics.median(run.lower_bound for run in runs) / optimum:.4f}",
-                _gap(runs),
-                seconds(_median([run.decompose_s + run.first_s for run in runs])),
-                seconds(_median([run.total_s for run in runs])),
+                _lengths([run.final_cost for run in runs]),
+                *_quality(runs, results.optima),
+                *_times(runs),
             )
         )
-    count = len(results.many_runs) // 2
+    count = len(_of(results.many_runs, PAPER))
     budget = seconds(results.settings["budget"])
     return Table(
         "Table 1: random rectangles in the plane, one scene",
         (
-            "planner", "success", "first path after", "its cost", "final cost", "/ optimum c*",
-            "bound / c*", "gap", "first path with decomposition", "stops after",
+            "planner", "success", "first path after", "its cost", "final cost", *_QUALITY, *_TIMES,
         ),
         rows,
-        f"Least / median / greatest of {count} runs of {budget}. The rows (reported) are what "
-        "the paper says of its own scene, which is not published; the least cost that anyone found "
-        f"there is {LEAST_COST}. Our scene (seed {results.one}) is the one of our "
-        f"draws whose optimum is closest to that: {optimum:.4f}, by a visibility graph. Times are "
-        "those of a query on a free space that is there; then with its decomposition and leaf "
-        "graph. The gap is to the planner's own lower bound: the paper has only the straight line.",
+        f"Least / median / greatest of {count} runs of {budget}; a run without a path counts as "
+        "infinite. The rows (reported) are what the paper says of its own scene, which is not "
+        f"published; the least cost that anyone found there is {LEAST_COST}. Our scene (seed "
+        f"{results.chosen}) is the one of our draws whose optimum c* is closest to that: "
+        f"{optimum:.4f}, by a visibility graph. Times are those of the process on a processor: of "
+        "a query on a free space that is there, then with the decomposition and its leaf graph. "
+        "Bound and gap are the planner's own; the paper's algorithm has only the straight line.",
     )  # fmt: skip
 
 
+def _many_scenes(results: Results) -> Table:
+    """One run on each scene, as ratios to the optimum."""
+    optima = results.optima
+    rows = []
+    for planner in (PAPER, BEST):
+        runs = _of(results.many_scenes, planner)
+        first = _lengths([run.first_cost / optima[run.scene] for run in runs], 4)
+        row = (*_first(planner, runs), first, *_quality(runs, optima), *_times(runs))
+        rows.append(row)
+    count = len(results.scenes)
+    return Table(
+        f"Random rectangles, {count} scenes",
+        ("planner", "success", "first path after", "its cost / c*", *_QUALITY, *_TIMES),
+        rows,
+        f"One run in each of the first {count} draws in which the goal can be reached "
+        f"({results.passed} draws were passed over): least / median / greatest.",
+    )
+
+
+def _of(runs: Sequence[Run], planner: str) -> list[Run]:
+    return [run for run in runs if run.planner == planner]
+
+
 def _reported(row: Reported) -> tuple[str, ...]:
+    """A row of the paper's table; the rest of our columns it does not have."""
     first = " / ".join(_UNKNOWN if t is None else seconds(t) for t in row.first_s)
     cost = " / ".join(_UNKNOWN if c is None else f"{c:.3f}" for c in row.cost)
-    known = [
+    known = (
         f"{row.planner} (reported)",
         percent(row.success),
         first if any(row.first_s) else _UNKNOWN,
         _UNKNOWN if row.first_cost is None else f"- / {row.first_cost:.3f} / -",
         cost if any(row.cost) else _UNKNOWN,
-    ]
-    return (*known, *[_UNKNOWN] * 5)
+    )
+    return (*known, *[_UNKNOWN] * len((*_QUALITY, *_TIMES)))
 
 
-def _many_scenes(results: Results) -> Table:
-    optimum = {scene.seed: scene.optimum for scene in results.scenes}
-    rows = []
-    for planner in (PAPER, BEST):
-        runs = [run for run in results.many_scenes if run.planner == planner]
-        rows.append(
-            (
-                TITLES[planner],
-                _success(runs),
-                _times([run.first_s for run in runs]),
-                _lengths([run.first_cost / optimum[run.scene] for run in runs], 4),
-                _lengths([run.final_cost / optimum[run.scene] for run in runs], 4),
-                _lengths([run.lower_bound / optimum[run.scene] for run in runs], 4),
-                _gap(runs),
-                _times([run.decompose_s for run in runs]),
-                _times([run.total_s for run in runs]),
-            )
-        )
-    count = len(results.scenes)
-    return Table(
-        f"Random rectangles, {count} scenes",
-        (
-            "planner", "success", "first path after", "its cost / c*", "final cost / c*",
-            "bound / c*", "gap", "decomposition", "stops after",
-        ),
-        rows,
-        f"One run in each of the first {count} draws in which the goal can be reached "
-        f"({results.passed} draws were passed over): least / median / greatest.",
-    )  # fmt: skip
+def _first(planner: str, runs: Sequence[Run]) -> tuple[str, ...]:
+    """Name, success, and time of the first path."""
+    success = sum(run.cost is not None for run in runs) / len(runs)
+    return TITLES[planner], percent(success), _spread_times([run.first_s for run in runs])
+
+
+def _quality(runs: Sequence[Run], optima: dict[int, float]) -> tuple[str, ...]:
+    """The cells under `_QUALITY`."""
+    gap = median(run.gap for run in runs)
+    return (
+        _lengths([run.final_cost / optima[run.scene] for run in runs], 4),
+        _lengths([run.lower_bound / optima[run.scene] for run in runs], 4),
+        percent(gap if math.isfinite(gap) else None),
+    )
+
+
+def _times(runs: Sequence[Run]) -> tuple[str, ...]:
+    """The cells under `_TIMES`."""
+    return (
+        times(median(run.decompose_s for run in runs)),
+        times(median(run.decompose_s + run.first_s for run in runs)),
+        times(median(run.total_s for run in runs)),
+    )
 
 
 def _experiments(results: Results) -> Table:
+    """Sections 4.1 to 4.3."""
     rows = []
     for one in results.experiments:
         stars = [step.number for step in one.steps if step.adopted]
@@ -146,7 +159,7 @@ def _experiments(results: Results) -> Table:
                 f"{one.straight / one.optimum:.3f}",
                 *(_lengths([cost / one.optimum for cost in one.after[str(k)]], 4) for k in AFTER),
                 ", ".join(map(str, stars)),
-                f"{one.milliseconds:.1f} ms",
+                seconds(one.iteration_s),
             )
         )
     runs = len(results.experiments[0].after[str(AFTER[0])])
@@ -158,36 +171,19 @@ def _experiments(results: Results) -> Table:
         ),
         rows,
         f"Least / median / greatest of {runs} runs with different seeds. c* is the length of a "
-        "path whose optimality is proved up to 1e-6. The paper reports for its maze "
-        f"{MAZE_COST} cm after {MAZE_ITERATIONS} iterations, improved in iterations "
-        f"{', '.join(map(str, MAZE_STARS))}; it does not report the optimum.",
+        "path of the default planner whose optimality is proved up to 1e-6, and verified. The "
+        f"paper reports for its maze {MAZE_COST} cm after {MAZE_ITERATIONS} iterations, improved "
+        f"in iterations {', '.join(map(str, MAZE_STARS))}; it does not report the optimum.",
         [f"Made up in {one.section} ({one.world}): {one.made_up}." for one in results.experiments],
     )  # fmt: skip
 
 
-def _success(runs: Sequence[Run]) -> str:
-    return f"{100.0 * sum(run.cost is not None for run in runs) / len(runs):g} %"
-
-
-def _median(values: Sequence[float]) -> float | None:
-    """The median; None if it is infinite."""
-    middle = statistics.median(values)
-    return middle if math.isfinite(middle) else None
-
-
-def _gap(runs: Sequence[Run]) -> str:
-    """Median gap; round-off is none."""
-    middle = _median([run.gap for run in runs])
-    return percent(0.0 if middle is not None and middle < _ROUND_OFF else middle)
-
-
-def _times(values: Sequence[float]) -> str:
-    """Least / median / greatest."""
-    three = (min(values), statistics.median(values), max(values))
-    return " / ".join(seconds(value) if math.isfinite(value) else "inf" for value in three)
+def _spread_times(values: Sequence[float]) -> str:
+    """Least / median / greatest time [s]."""
+    return " / ".join(map(times, (min(values), median(values), max(values))))
 
 
 def _lengths(values: Sequence[float], digits: int = 3) -> str:
-    """Least / median / greatest."""
-    three = (min(values), statistics.median(values), max(values))
-    return " / ".join(f"{value:.{digits}f}" for value in three)
+    """Least / median / greatest length or ratio."""
+    three = (min(values), median(values), max(values))
+    return " / ".join(costs(value, digits) for value in three)

@@ -52,9 +52,9 @@ def bench_paper(settings: PaperBenchSettings, command: str) -> Results:
         ]
         drawn = measured("rectangles:find_scenes", count=effort.scenes, seed=settings.seed)
         scenes = [Scene(**one) for one in drawn["scenes"]]
-        one = min(scenes, key=lambda scene: abs(scene.optimum - LEAST_COST)).seed
+        chosen = min(scenes, key=lambda scene: abs(scene.optimum - LEAST_COST)).seed
         task, budget = "rectangles:measure_rectangles", settings.budget
-        many_runs = [measured(task, scene=one, seeds=part, budget=budget) for part in batches]
+        many_runs = [measured(task, scene=chosen, seeds=part, budget=budget) for part in batches]
         many_scenes = [
             measured(task, scene=scene.seed, seeds=[settings.seed], budget=budget)
             for scene in scenes
@@ -66,7 +66,7 @@ def bench_paper(settings: PaperBenchSettings, command: str) -> Results:
         experiments=[Convergence.from_dict(found) for found in experiments],
         scenes=scenes,
         passed=drawn["passed"],
-        one=one,
+        chosen=chosen,
         many_runs=[Run(**run) for found in many_runs for run in found["runs"]],
         many_scenes=[Run(**run) for found in many_scenes for run in found["runs"]],
         seconds=time.monotonic() - began,

@@ -28,11 +28,16 @@ class PaperWorld:
     section: str
     """Of the paper."""
     unit: str
+    """Of all lengths."""
     lo: Floats
+    """Lower corner of the workspace, shape (n,)."""
     hi: Floats
+    """Upper corner of the workspace, shape (n,)."""
     obstacles: tuple[Polytope, ...]
     start: Floats
+    """Shape (n,)."""
     goal: Floats
+    """Shape (n,)."""
     made_up: str
     """What the paper does not say."""
 
@@ -121,6 +126,20 @@ def one_obstacle() -> PaperWorld:
     return _world(
         "one obstacle", "2.2", "m", ((0, 0), (10, 6)), [block], (1.0, 1.0), (9.0, 5.0), "everything"
     )
+
+
+def chain() -> PaperWorld:
+    """Figure 3: four leaves in space, each with a face in common with the next."""
+    boxes: list[Box] = [
+        ((0, 0, 1), (1, 2, 2)),
+        ((1, 1, 0), (2, 2, 2)),
+        ((2, 0, 0), (3, 2, 1)),
+        ((3, 0, 0), (4, 1, 2)),
+    ]
+    return _world(
+        "chain", "3", "m", ((0, 0, 0), (4, 2, 2)), list(_boxes(boxes)), (0.25, 1.6, 0.4),
+        (3.75, 1.6, 0.4), "everything",
+    )  # fmt: skip
 
 
 WORLDS = {"maze": maze, "passage": passage, "enclosure": enclosure}

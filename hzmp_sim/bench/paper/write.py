@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hzmp_sim.bench.folder import prepare_folder
-from hzmp_sim.bench.paper.figures import FIGURES, write_figures
+from hzmp_sim.bench.folder import prepare_folder, write_page_and_data
+from hzmp_sim.bench.paper.figures.all_figures import FIGURES, write_figures
 from hzmp_sim.bench.paper.report import markdown
 from hzmp_sim.bench.paper.results import Results
-from hzmp_sim.output.artifacts import to_json, whole_file
 
 JSON, PAGE, FOLDER = "paper.json", "paper.md", "figures"
 
@@ -25,9 +24,6 @@ def prepare(folder: Path) -> None:
 def write_results(results: Results, folder: Path) -> list[Path]:
     """Write figures, paper.md and paper.json; returns their paths."""
     paths = write_figures(results, folder / FOLDER)
-    page, data = folder / PAGE, folder / JSON
-    text = markdown(results, [path.relative_to(folder).as_posix() for path in paths])
-    page.write_text("# The experiments of the HZ-MP paper\n\n" + text, encoding="utf-8")
-    with whole_file(data) as partial:
-        partial.write_text(to_json(results.to_dict()), encoding="utf-8")
-    return [*paths, page, data]
+    links = [path.relative_to(folder).as_posix() for path in paths]
+    text = "# The experiments of the HZ-MP paper\n\n" + markdown(results, links)
+    return [*paths, *write_page_and_data(folder / PAGE, text, results.to_dict())]

@@ -19,7 +19,7 @@ from hzmp_planners.planning import Plan, plan, verify
 from hzmp_planners.sets import Polytope
 from hzmp_sim.bench.boxes.recheck import recheck
 from hzmp_sim.bench.boxes.scene import BoxScene
-from hzmp_sim.bench.peers.results import COLD, FREE_TOL, WARM, Run
+from hzmp_sim.bench.peers.results import COLD, WARM, Run
 from hzmp_sim.bench.process_clock import process_clock
 from hzmp_sim.bench.statistics import improvements
 
@@ -92,13 +92,7 @@ def run_of(
         box = scene.lo, scene.hi
         true = recheck(made.waypoints.tolist(), scene.obstacles(), box, scene.start, scene.goal)
         found = {"cost": true.length, "depth": true.depth, "end_error": true.end_error}
-        tol = FREE_TOL * scene.size
-        if true.depth > tol:
-            defects.append(f"path {true.depth:.3g} m inside an obstacle")
-        if true.end_error > tol:
-            defects.append(f"path ends {true.end_error:.3g} m from start or goal")
-        if abs(true.length - made.cost) > tol:
-            defects.append(f"path is {true.length:.12g} m long, the plan says {made.cost:.12g}")
+        defects = true.defects(made.cost, scene.size)
     run = Run(
         scene=scene.name, planner=planner, check="", seed=seed, history=history,
         total_s=shift + spent, offline_s=offline, claimed=made.cost if found else None,

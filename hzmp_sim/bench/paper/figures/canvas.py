@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from hzmp_sim.output import palette
 from hzmp_sim.output.style import WIDTH_IN
 
 PALE = 0.55  # share of white in the colours of leaves, so that paths stand out
-GONE = "#eceef1"
+PRUNED = "#eceef1"
 """Of leaves that are pruned."""
 
 
@@ -54,7 +55,7 @@ def draw_leaves(axes: Axes, space: FreeSpace, kept: Ints | None = None) -> None:
     ]
     if kept is not None:
         known = set(kept.tolist())
-        fills = [fill if k in known else GONE for k, fill in enumerate(fills)]
+        fills = [fill if k in known else PRUNED for k, fill in enumerate(fills)]
     axes.add_collection(
         PolyCollection(rings, facecolors=fills, edgecolors="white", linewidths=1.0, zorder=1)
     )
@@ -77,25 +78,38 @@ def draw_path(
     )  # fmt: skip
 
 
-def draw_ends(axes: Any, world: PaperWorld, size: float = 1.0) -> None:
-    """Start and goal."""
+def draw_ends(
+    axes: Any, world: PaperWorld, size: float = 1.0, seen: Sequence[int] | None = None
+) -> None:
+    """Start and goal; of their coordinates only some, if the picture shows only those."""
+    kept = list(range(len(world.lo)) if seen is None else seen)
     for name, point, colour, marker, big in (
         ("start", world.start, palette.START, "s", 7.0),
         ("goal", world.goal, palette.GOAL, "*", 13.0),
     ):
         axes.plot(
-            *point[:, None], marker, color=colour, mec=palette.INK, mew=0.8, ms=size * big, ls="",
-            label=name, zorder=8,
+            *point[kept, None], marker, color=colour, mec=palette.INK, mew=0.8, ms=size * big,
+            ls="", label=name, zorder=8,
         )  # fmt: skip
 
 
-def outline(informed: Ellipsotope, axes: tuple[int, int] = (0, 1)) -> Floats:
-    """Outline of an ellipsoid seen along a coordinate axis, shape (181, 2)."""
+def unclip(axes: Any) -> None:
+    """Let a picture in 3-D use the room that its zoom asks for: axes clip to a square else.
+
+    Layouts must not make room for it.
+    """
+    for artist in (*axes.lines, *axes.collections, *axes.texts):
+        artist.set_clip_on(False)
+        artist.set_in_layout(False)
+
+
+def outline(informed: Ellipsotope, seen: Sequence[int] = (0, 1)) -> Floats:
+    """Outline of an ellipsoid in two of its coordinates, shape (181, 2)."""
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
-    rows = informed.G[list(axes)]
+    rows = informed.G[list(seen)]
     shadow = np.linalg.cholesky(rows @ rows.T + 1e-12 * np.eye(2))
     ring = np.column_stack([np.cos(angle), np.sin(angle)]) @ shadow.T
-    return np.asarray(informed.c[list(axes)] + ring)
+    return np.asarray(informed.c[list(seen)] + ring)
 
 
 def legend_below(figure: Figure, axes: Any, columns: int) -> None:
@@ -106,3 +120,8 @@ def legend_below(figure: Figure, axes: Any, columns: int) -> None:
         list(known.values()), list(known), loc="outside lower center", ncols=columns,
         frameon=False, fontsize=9,
     )  # fmt: skip
+
+
+def percent_label(part: float) -> str:
+    """A tick of a logarithmic scale in percent, in full."""
+    return f"{100.0 * part:.9f}".rstrip("0").rstrip(".") + " %"
