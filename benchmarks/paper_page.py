@@ -4,7 +4,7 @@ What stands above the first `made by` comment of the page is kept.
 
     python benchmarks/paper_page.py
 
-measures anew (a few minutes); `--results runs/bench_paper/paper.json` takes what was measured
+measures anew (two minutes); `--results runs/bench_paper/paper.json` takes what was measured
 already.
 """
 

@@ -17,7 +17,7 @@ class PaperBenchSettings:
     """What to measure, and how often.
 
     Attributes:
-        quick: few runs on few scenes: half a minute instead of three.
+        quick: few runs on few scenes: half a minute instead of two.
         runs: of each planner on one scene of random rectangles, each with a seed of its own.
         scenes: solvable scenes of random rectangles, each planned in once.
         repeats: runs of each experiment of sections 4.1 to 4.3.
