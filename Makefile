@@ -41,6 +41,7 @@ bench: $(VENV)/installed-dev
 	$(BIN)/python -m benchmarks.sets
 	$(BIN)/hzmp-sim bench scale
 	$(BIN)/hzmp-sim bench peers
+	$(BIN)/hzmp-sim bench paper
 
 clean:
 	rm -rf runs build dist .coverage MUJOCO_LOG.TXT

@@ -7,6 +7,8 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from hzmp_sim.bench.paper.settings import DEFAULT_OUT as PAPER_OUT
+from hzmp_sim.bench.paper.settings import PaperBenchSettings
 from hzmp_sim.bench.peers.settings import DEFAULT_OUT as PEERS_OUT
 from hzmp_sim.bench.peers.settings import PeersSettings
 from hzmp_sim.bench.scale.settings import DEFAULT_OUT, ScaleSettings
@@ -18,6 +20,7 @@ bench = App(name="bench", help="Measure the library on this machine, beside othe
 
 _DEFAULT_SCALE = ScaleSettings()
 _DEFAULT_PEERS = PeersSettings()
+_DEFAULT_PAPER = PaperBenchSettings()
 
 
 @bench.command
@@ -68,5 +71,30 @@ def peers(
 
     prepare(out)
     results = bench_peers(settings, settings.command(out))
+    print_results(tables_of(results), write_results(results, out))
+    return INEXACT if results.defects else 0
+
+
+@bench.command
+def paper(
+    *,
+    settings: Annotated[PaperBenchSettings, Parameter(name="*")] = _DEFAULT_PAPER,
+    out: Path = PAPER_OUT,
+) -> int:
+    """Run the experiments of the HZ-MP paper, and draw a counterpart of each of its figures.
+
+    Writes paper.json, paper.md and figures. The exit code is 1 if a path or a lower bound is wrong.
+
+    Args:
+        settings: what to measure.
+        out: where the files go.
+    """
+    from hzmp_sim.bench.paper.report import tables_of
+    from hzmp_sim.bench.paper.run import bench_paper
+    from hzmp_sim.bench.paper.write import prepare, write_results
+    from hzmp_sim.bench.tables import print_results
+
+    prepare(out)
+    results = bench_paper(settings, settings.command(out))
     print_results(tables_of(results), write_results(results, out))
     return INEXACT if results.defects else 0

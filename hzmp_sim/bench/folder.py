@@ -1,11 +1,12 @@
-"""The folder that a benchmark writes to."""
+"""The folder that a benchmark writes to, and the two files that each writes there."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
-from hzmp_sim.output.artifacts import OutputError, check_directory
+from hzmp_sim.output.artifacts import OutputError, check_directory, to_json, whole_file
 
 
 def prepare_folder(folder: Path, names: Iterable[str]) -> None:
@@ -31,3 +32,21 @@ def prepare_folder(folder: Path, names: Iterable[str]) -> None:
             f"folder {folder} cannot be written ({error.strerror or error}); "
             "name one in which you may create files"
         ) from error
+
+
+def write_page_and_data(page: Path, text: str, data: dict[str, Any]) -> list[Path]:
+    """Write a Markdown page, then its data beside it: a folder with these is complete.
+
+    Args:
+        page: its name ends with ".md"; the data's ends with ".json".
+        text: of the page.
+        data: JSON-ready.
+
+    Returns:
+        Both paths.
+    """
+    page.write_text(text, encoding="utf-8")
+    complete = page.with_suffix(".json")
+    with whole_file(complete) as partial:
+        partial.write_text(to_json(data), encoding="utf-8")
+    return [page, complete]

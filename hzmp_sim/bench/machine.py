@@ -6,7 +6,7 @@ import importlib.metadata
 import os
 import platform
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,21 @@ def machine(libraries: Sequence[str]) -> dict[str, Any]:
         "python": platform.python_version(),
         "versions": {"hzmp-sim": __version__} | {name: version(name) for name in libraries},
     }
+
+
+def hardware(facts: Mapping[str, Any]) -> str:
+    """Processor, cores and load of a `machine`, for a sentence."""
+    return (
+        f"{facts['processor']}, {facts['cores']} cores, one thread used; load {facts['load']:g} "
+        "before the run"
+    )
+
+
+def software(facts: Mapping[str, Any]) -> str:
+    """System and versions of a `machine`, for a sentence."""
+    known = sorted(facts["versions"].items())  # as in the JSON file, from which pages are made too
+    versions = ", ".join(f"{name} {number}" for name, number in known)
+    return f"{facts['system']}, Python {facts['python']}; {versions}"
 
 
 def version(distribution: str) -> str | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from hzmp_sim.bench.tables import Table
@@ -11,7 +11,11 @@ _MADE = "<!-- made by: "
 
 
 def page_text(
-    command: str, introduction: str, tables: Iterable[Table], figures: Sequence[str]
+    command: str,
+    introduction: str,
+    tables: Iterable[Table],
+    figures: Sequence[str],
+    captions: Mapping[str, str] | None = None,
 ) -> str:
     """What was measured, its tables and its pictures, as Markdown.
 
@@ -20,11 +24,13 @@ def page_text(
         introduction: what was measured on which machine.
         tables: of the results.
         figures: paths of pictures, as they are to be linked.
+        captions: what some of them show, by how their paths end: text beneath them.
     """
     made = f"{_MADE}{command} -->"
     lines = [made, f"{introduction}\n", *(table.markdown() for table in tables)]
     for figure in figures:
         lines += [f"{made}\n![{Path(figure).name.split('.')[0]}]({figure})\n"]
+        lines += [f"{text}\n" for end, text in (captions or {}).items() if figure.endswith(end)]
     return "\n".join(lines)
 
 

@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 
 from hzmp_planners.errors import SceneError
+from hzmp_sim.bench.boxes.laws import default_scenes, maze, random_boxes, set_piece, solvable
+from hzmp_sim.bench.boxes.scene import BoxScene, read_scenes
 from hzmp_sim.bench.fresh import FreshProcesses
 from hzmp_sim.bench.peers.cells import cells_of, face_pairs
 from hzmp_sim.bench.peers.jobs import Job, jobs_of, run_job
-from hzmp_sim.bench.peers.laws import default_scenes, maze, random_boxes, set_piece, solvable
 from hzmp_sim.bench.peers.ours import measure_ours
 from hzmp_sim.bench.peers.planners import PLANNERS, asked_for
 from hzmp_sim.bench.peers.report import markdown
 from hzmp_sim.bench.peers.results import COLD, WARM, Results, Run
-from hzmp_sim.bench.peers.scenes import BoxScene, read_scenes
 from hzmp_sim.bench.peers.settings import PeersSettings, effort_of
 from hzmp_sim.bench.peers.visible import measure_visibility
 

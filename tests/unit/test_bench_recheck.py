@@ -1,4 +1,4 @@
-"""The exact re-check of paths, and the edge checks that OMPL calls, in `hzmp-sim bench peers`."""
+"""The exact re-check of paths, and the edge checks that OMPL calls, in the benchmarks."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hzmp_planners.sets import Polytope
+from hzmp_sim.bench.boxes.recheck import depth_in, recheck
 from hzmp_sim.bench.peers.ompl.edges import (
     edge_is_free,
     spatial_boxes,
     state_is_free,
     states_are_free,
 )
-from hzmp_sim.bench.peers.recheck import depth_in, recheck
 from oracles import largest_ball, rotation
 
 UNIT = np.zeros(2), np.ones(2)
@@ -131,3 +131,16 @@ def test_single_states() -> None:
     assert state_is_free(0.1, 0.5, 0.0, boxes, counts)
     assert not state_is_free(0.5, 0.5, 0.0, boxes, counts)
     assert counts.tolist() == [0, 2]
+
+
+def test_wrong_paths_of_ours_are_named() -> None:
+    wall = Polytope.from_box((0.4, 0.0), (0.6, 0.5))
+    start, goal = np.array([0.1, 0.2]), np.array([0.9, 0.2])
+    around = [(0.1, 0.2), (0.4, 0.5), (0.6, 0.5), (0.9, 0.2)]
+    free = recheck(around, [wall], UNIT, start, goal)
+    assert free.defects(free.length, size=1.0) == []
+    assert ["long" in line for line in free.defects(free.length + 1e-3, size=1.0)] == [True]
+    through = recheck([(0.1, 0.2), (0.9, 0.3)], [wall], UNIT, start, goal)
+    deep, off = through.defects(through.length, size=1.0)
+    assert "0.1 m inside" in deep
+    assert "0.1 m from start or goal" in off

@@ -12,9 +12,10 @@ from hzmp_sim.bench.peers.analysis import summary, timed
 from hzmp_sim.bench.peers.ompl_log import log_text
 from hzmp_sim.bench.peers.report import markdown
 from hzmp_sim.bench.peers.results import COLD, WARM, Results, Run, SceneResult
-from hzmp_sim.bench.peers.statistics import (
+from hzmp_sim.bench.statistics import (
     cost_at,
     first_time,
+    improvements,
     median,
     ratio,
     thinned,
@@ -198,3 +199,11 @@ def test_log_is_in_the_format_of_ompl() -> None:
     assert (one["solution length REAL"], two["solution length REAL"]) == ("1.25", "nan")
     assert one["checked motions INTEGER"] == "7"
     assert tables["hzmp_warm"][0]["lower bound REAL"] == "1.2"
+
+
+def test_improvements_are_told_apart() -> None:
+    history = [(0.1, math.inf, 1.0), (0.2, 3.0, 1.0), (0.3, 3.0, 2.0), (0.4, 2.5, -math.inf)]
+    costs, bounds = improvements(history, shift=1.0)
+    assert costs == [[1.2, 3.0], [1.4, 2.5]]
+    assert bounds == [[1.1, 1.0], [1.3, 2.0]]
+    assert improvements([]) == ([], [])

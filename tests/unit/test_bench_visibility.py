@@ -1,4 +1,4 @@
-"""The visibility graph of `hzmp-sim bench peers`: optima of scenes, and cases known by hand."""
+"""The visibility graph of the benchmarks: optima of scenes, and cases known by hand."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from hzmp_planners.planning.result import path_length
-from hzmp_sim.bench.peers.laws import PIECES, maze, random_boxes, set_piece
-from hzmp_sim.bench.peers.recheck import recheck
-from hzmp_sim.bench.peers.scenes import BoxScene, read_scenes
-from hzmp_sim.bench.peers.visibility import shortest_path
+from hzmp_sim.bench.boxes.laws import PIECES, maze, random_boxes, set_piece
+from hzmp_sim.bench.boxes.recheck import recheck
+from hzmp_sim.bench.boxes.scene import BoxScene, read_scenes
+from hzmp_sim.bench.boxes.visibility import shortest_path
 from oracles import World as ConvexWorld
 from oracles import shortest_length
 

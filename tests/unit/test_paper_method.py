@@ -45,9 +45,8 @@ def small_query(seed: int, n: int) -> tuple[FreeSpace, Query, Floats]:
 
 
 def paper_plan(space: FreeSpace, start: Any, goal: Any, **settings: Any) -> Plan:
-    chosen: dict[str, Any] = {"iterations": 30, **settings}
-    method = PaperSettings(**chosen)
-    return plan(space, start, goal, time_limit=LONG, method=method)
+    asked: dict[str, Any] = {"iterations": 30} | settings
+    return plan(space, start, goal, time_limit=LONG, method=PaperSettings(**asked))
 
 
 def check(result: Plan) -> None:

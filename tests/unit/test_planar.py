@@ -68,6 +68,22 @@ def test_no_path_shorter_than_a_limit_is_a_bound() -> None:
     assert search.bound >= 0.99 * best
 
 
+def test_a_shorter_string_to_a_corner_goes_where_a_longer_one_was_first() -> None:
+    boxes = [
+        box(-0.009, 0.077, 0.107, 0.24),
+        box(0.248, 0.237, 0.365, 0.413),
+        box(-0.039, -0.101, 0.069, 0.066),
+        box(0.267, -0.001, 0.456, 0.18),
+    ]
+    space = FreeSpace.decompose(bounds=([-0.5, -0.5], [0.5, 0.5]), obstacles=boxes)
+    result = plan(space, [-0.1, -0.1], [0.4, 0.4], gap=0.0)
+    # Below the third box, between it and the fourth, and past a corner of the second.
+    bends = [(-0.039, -0.101), (0.069, -0.101), (0.267, 0.18), (0.365, 0.237)]
+    length = sum(map(math.dist, [(-0.1, -0.1), *bends], [*bends, (0.4, 0.4)]))
+    assert result.cost == pytest.approx(length, rel=1e-12)
+    assert verify(result).ok, verify(result).describe()
+
+
 def test_obstacles_that_touch_in_a_point_leave_no_passage_and_two_corners() -> None:
     space = room(box(0.0, 2.0, 2.0, 3.0), box(2.0, 1.0, 3.0, 2.0), side=4.0)
     result = plan(space, [1.0, 1.0], [3.0, 3.0], gap=0.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hzmp_sim.bench.peers.results import SOLVER_TOL, Results, Run, SceneResult
-from hzmp_sim.bench.peers.statistics import History, cost_at, first_time, median, time_to, wilson
+from hzmp_sim.bench.statistics import History, cost_at, first_time, median, time_to, wilson
 
 GRID = (1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)
 """Times of the cost curves [s]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
-from hzmp_sim.bench.peers.scenes import BoxScene
+from hzmp_sim.bench.boxes.scene import BoxScene
 
 
 def cells_of(scene: BoxScene) -> tuple[Floats, Floats, Ints]:

@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats
+from hzmp_sim.bench.boxes.recheck import recheck
+from hzmp_sim.bench.boxes.scene import BoxScene
 from hzmp_sim.bench.peers.cells import cells_of
-from hzmp_sim.bench.peers.recheck import recheck
 from hzmp_sim.bench.peers.results import Run
-from hzmp_sim.bench.peers.scenes import BoxScene
 
 GCS = "gcs"
 ROUNDED_PATHS = 10

@@ -10,9 +10,9 @@ from hzmp_sim.bench.peers.convex_graph import GCS
 from hzmp_sim.bench.peers.fast_paths import FAST_PATHS
 from hzmp_sim.bench.peers.planners import BY_NAME
 from hzmp_sim.bench.peers.results import WARM, Results, Run, SceneResult
-from hzmp_sim.bench.peers.statistics import median, time_to, time_to_gap
-from hzmp_sim.bench.peers.words import costs, times
+from hzmp_sim.bench.statistics import median, time_to, time_to_gap
 from hzmp_sim.bench.tables import Table
+from hzmp_sim.bench.words import costs, times
 
 _EQUAL = 1e-6  # lengths this close, relative to them, are one: solvers' tolerances
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from hzmp_sim.bench.peers.analysis import Timed, effort, groups, timed
 from hzmp_sim.bench.peers.planners import PLANNERS
 from hzmp_sim.bench.peers.results import COLD, WARM, Results
-from hzmp_sim.bench.peers.statistics import cost_at, median
+from hzmp_sim.bench.statistics import cost_at, median
 from hzmp_sim.output.style import WIDTH_IN, plain, save
 
 FIGURES = ("cost_exact.png", "success_exact.png", "cost_states.png", "success_states.png")

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from hzmp_sim.bench.boxes.scene import BoxScene
+from hzmp_sim.bench.boxes.visibility import MOST_BOXES
 from hzmp_sim.bench.fresh import FreshProcesses, TaskError, TaskTimeoutError
 from hzmp_sim.bench.peers.cells import cells_of, face_pairs
 from hzmp_sim.bench.peers.convex_graph import GCS
 from hzmp_sim.bench.peers.fast_paths import FAST_PATHS
 from hzmp_sim.bench.peers.planners import Planner, is_sampler
 from hzmp_sim.bench.peers.results import OURS, WARM, Run
-from hzmp_sim.bench.peers.scenes import BoxScene
 from hzmp_sim.bench.peers.settings import Effort, PeersSettings
-from hzmp_sim.bench.peers.visibility import MOST_BOXES
 from hzmp_sim.bench.peers.visible import VISIBILITY
 
 _PEERS = "hzmp_sim.bench.peers"

@@ -1,8 +1,7 @@
 """HZ-MP on one scene: with the decomposition in its time, and on a free space that is there.
 
-The clock is the time of the process on a processor, as it is for the peers: `plan` reads
-`time.perf_counter`, and in the process of a run that is replaced. What else the machine does is
-then in nobody's times.
+The clock is the time of the process on a processor, as it is for the peers: what else the machine
+does is in nobody's times.
 """
 
 from __future__ import annotations
@@ -12,16 +11,17 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan, plan, verify
 from hzmp_planners.sets import Polytope
-from hzmp_sim.bench.peers.recheck import recheck
-from hzmp_sim.bench.peers.results import COLD, FREE_TOL, WARM, Run
-from hzmp_sim.bench.peers.scenes import BoxScene
+from hzmp_sim.bench.boxes.recheck import recheck
+from hzmp_sim.bench.boxes.scene import BoxScene
+from hzmp_sim.bench.peers.results import COLD, WARM, Run
+from hzmp_sim.bench.process_clock import process_clock
+from hzmp_sim.bench.statistics import improvements
 
 
 def measure_ours(
@@ -48,7 +48,7 @@ def measure_ours(
     runs = []
     for planner in (COLD, WARM):
         began = time.process_time()
-        with patch.object(time, "perf_counter", time.process_time):
+        with process_clock():
             made = plan(space, which.start, which.goal, time_limit=budget, gap=gap, seed=seed)
         spent = time.process_time() - began
         shift = offline if planner == COLD else 0.0
@@ -85,26 +85,14 @@ def run_of(
         spent: by the plan [s].
         offline: by decomposition and graph [s].
     """
-    history: list[list[float]] = []
-    bounds: list[list[float]] = []
-    for when, cost, bound in made.history:
-        if math.isfinite(cost) and (not history or cost < history[-1][1]):
-            history.append([shift + when, cost])
-        if math.isfinite(bound) and (not bounds or bound > bounds[-1][1]):
-            bounds.append([shift + when, bound])
+    history, bounds = improvements(made.history, shift)
     found: dict[str, Any] = {}
     defects: list[str] = []
     if len(made.waypoints):
         box = scene.lo, scene.hi
         true = recheck(made.waypoints.tolist(), scene.obstacles(), box, scene.start, scene.goal)
         found = {"cost": true.length, "depth": true.depth, "end_error": true.end_error}
-        tol = FREE_TOL * scene.size
-        if true.depth > tol:
-            defects.append(f"path {true.depth:.3g} m inside an obstacle")
-        if true.end_error > tol:
-            defects.append(f"path ends {true.end_error:.3g} m from start or goal")
-        if abs(true.length - made.cost) > tol:
-            defects.append(f"path is {true.length:.12g} m long, the plan says {made.cost:.12g}")
+        defects = true.defects(made.cost, scene.size)
     run = Run(
         scene=scene.name, planner=planner, check="", seed=seed, history=history,
         total_s=shift + spent, offline_s=offline, claimed=made.cost if found else None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from hzmp_sim.bench.machine import hardware, software
 from hzmp_sim.bench.page import page_text
 from hzmp_sim.bench.peers.analysis import (
     GRID,
@@ -21,9 +22,9 @@ from hzmp_sim.bench.peers.convex_report import convex_sets
 from hzmp_sim.bench.peers.planners import PLANNERS, is_sampler
 from hzmp_sim.bench.peers.results import COLD, WARM, Results
 from hzmp_sim.bench.peers.scene_report import rechecks, scenes
-from hzmp_sim.bench.peers.statistics import cost_at, median, ratio
-from hzmp_sim.bench.peers.words import costs, times
+from hzmp_sim.bench.statistics import cost_at, median, ratio
 from hzmp_sim.bench.tables import Table, percent
+from hzmp_sim.bench.words import costs, times
 
 _CHECKS = {
     "exact": "edges checked exactly",
@@ -52,13 +53,9 @@ def markdown(results: Results, figures: Sequence[str] = (), maker: str | None = 
         maker: the command that makes this text, if not the one that measured.
     """
     facts, done = results.machine, effort(results)
-    known = sorted(facts["versions"].items())
-    versions = ", ".join(f"{name} {number}" for name, number in known)
     introduction = (
-        f"{facts['processor']}, {facts['cores']} cores, one thread used; load {facts['load']:g} "
-        f"before the run; {facts['system']}, Python {facts['python']}; {versions}. {done['runs']} "
-        f"runs of {done['budget']:g} s per scene and planner. `{results.command}` took "
-        f"{results.seconds:,.0f} s."
+        f"{hardware(facts)}; {software(facts)}. {done['runs']} runs of {done['budget']:g} s per "
+        f"scene and planner. `{results.command}` took {results.seconds:,.0f} s."
     )
     return page_text(maker or results.command, introduction, tables_of(results), figures)
 

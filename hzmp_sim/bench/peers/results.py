@@ -7,9 +7,6 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Self
 
-FREE_TOL = 1e-8
-"""A path of ours this deep in an obstacle, relative to the workspace, touches it: round-off. Its
-points are in closed leaves up to a tenth of this."""
 SOLVER_TOL = 1e-6
 """What the peers' convex solvers leave, relative to the workspace: their paths count as free up to
 it. The depths are in the table."""

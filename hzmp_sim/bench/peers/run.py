@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
+from hzmp_sim.bench.boxes.laws import default_scenes
+from hzmp_sim.bench.boxes.scene import BoxScene, read_scenes
 from hzmp_sim.bench.fresh import FreshProcesses
 from hzmp_sim.bench.machine import machine
 from hzmp_sim.bench.peers.jobs import jobs_of, run_job
-from hzmp_sim.bench.peers.laws import default_scenes
 from hzmp_sim.bench.peers.planners import asked_for, is_sampler
 from hzmp_sim.bench.peers.results import CLEAN_TOL, OURS, Results, Run, SceneResult
-from hzmp_sim.bench.peers.scenes import BoxScene, read_scenes
 from hzmp_sim.bench.peers.settings import PeersSettings, effort_of
 from hzmp_sim.bench.peers.visible import VISIBILITY
 from hzmp_sim.progress import progress

@@ -5,9 +5,9 @@ from __future__ import annotations
 from hzmp_sim.bench.peers.analysis import is_free
 from hzmp_sim.bench.peers.planners import PLANNERS
 from hzmp_sim.bench.peers.results import COLD, OURS, Results
-from hzmp_sim.bench.peers.statistics import median
-from hzmp_sim.bench.peers.words import costs, times
+from hzmp_sim.bench.statistics import median
 from hzmp_sim.bench.tables import Table, short
+from hzmp_sim.bench.words import costs, times
 
 
 def rechecks(results: Results) -> Table:

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from hzmp_sim.bench.peers.recheck import recheck
+from hzmp_sim.bench.boxes.recheck import recheck
+from hzmp_sim.bench.boxes.scene import BoxScene
+from hzmp_sim.bench.boxes.visibility import shortest_path
 from hzmp_sim.bench.peers.results import Run
-from hzmp_sim.bench.peers.scenes import BoxScene
-from hzmp_sim.bench.peers.visibility import shortest_path
 
 VISIBILITY = "visibility"
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hzmp_sim.bench.folder import prepare_folder
+from hzmp_sim.bench.folder import prepare_folder, write_page_and_data
 from hzmp_sim.bench.peers.figures import FIGURES, write_figures
 from hzmp_sim.bench.peers.ompl_log import FOLDER, write_logs
 from hzmp_sim.bench.peers.report import markdown
 from hzmp_sim.bench.peers.results import Results
-from hzmp_sim.output.artifacts import to_json, whole_file
 
 JSON, PAGE = "peers.json", "peers.md"
 
@@ -28,9 +27,5 @@ def write_results(results: Results, folder: Path) -> list[Path]:
     """Write figures, logs, peers.md and peers.json; returns the paths of all but the logs."""
     paths = write_figures(results, folder)
     write_logs(results, folder / FOLDER)
-    page, data = folder / PAGE, folder / JSON
-    text = markdown(results, [path.name for path in paths])
-    page.write_text("# HZ-MP and other planners\n\n" + text, encoding="utf-8")
-    with whole_file(data) as partial:
-        partial.write_text(to_json(results.to_dict()), encoding="utf-8")
-    return [*paths, folder / FOLDER, page, data]
+    text = "# HZ-MP and other planners\n\n" + markdown(results, [path.name for path in paths])
+    return [*paths, folder / FOLDER, *write_page_and_data(folder / PAGE, text, results.to_dict())]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 from collections.abc import Sequence
 
+from hzmp_sim.bench.machine import hardware, software
 from hzmp_sim.bench.page import page_text
 from hzmp_sim.bench.scale.fits import SERIES, series
 from hzmp_sim.bench.scale.results import Results, Target, WorldResult
@@ -30,11 +31,9 @@ def markdown(results: Results, figures: Sequence[str] = (), maker: str | None = 
         maker: the command that makes this text, if not the one that measured.
     """
     facts = results.machine
-    versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
     introduction = (
-        f"{facts['processor']}, {facts['cores']} cores, one thread used; load {facts['load']:g} "
-        f"before the run, and the decompositions had a processor for {percent(results.cpu_share)} "
-        f"of their time; {facts['system']}, Python {facts['python']}; {versions}. "
+        f"{hardware(facts)}, and the decompositions had a processor for "
+        f"{percent(results.cpu_share)} of their time; {software(facts)}. "
         f"`{results.command}` took {results.seconds:,.0f} s."
     )
     return page_text(maker or results.command, introduction, tables_of(results), figures)

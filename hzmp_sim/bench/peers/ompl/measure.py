@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from hzmp_sim.bench.boxes.recheck import recheck
+from hzmp_sim.bench.boxes.scene import BoxScene
 from hzmp_sim.bench.peers.ompl.edges import compiled
 from hzmp_sim.bench.peers.ompl.planners import RRT_CONNECT, make_planner
 from hzmp_sim.bench.peers.ompl.problem import Problem
-from hzmp_sim.bench.peers.recheck import recheck
 from hzmp_sim.bench.peers.results import SOLVER_TOL, Run
-from hzmp_sim.bench.peers.scenes import BoxScene
-from hzmp_sim.bench.peers.statistics import thinned
+from hzmp_sim.bench.statistics import thinned
 
 # Loaded, and compiled, once by the process that the others are forked from.
 for _module in ("ompl.base", "ompl.geometric", "ompl.util"):

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
+from hzmp_sim.bench.boxes.scene import BoxScene
 from hzmp_sim.bench.peers.ompl.edges import compiled, spatial_boxes
-from hzmp_sim.bench.peers.scenes import BoxScene
 
 _CALLS = 2000  # of each callback, to measure what it takes
 

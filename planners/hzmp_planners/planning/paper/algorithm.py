@@ -39,7 +39,7 @@ def solve_paper(
         rng: of the samples.
     """
     graph, query = attempt.graph, attempt.query
-    began = last = time.perf_counter()
+    began = time.perf_counter()
 
     def expired() -> bool:
         return attempt.time_left <= 0.0
@@ -50,6 +50,7 @@ def solve_paper(
     table: PathTable | None = None
     parts = np.zeros((0, graph.n))
     number = 0  # line 10
+    last = time.perf_counter()
     while number != settings.iterations and not attempt.closed:  # line 11
         while expired():
             yield

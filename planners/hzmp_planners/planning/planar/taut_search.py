@@ -75,7 +75,7 @@ class TautSearch:
         self._goal_leaves = frozenset(goal_leaves.tolist())
         self._nodes: list[_Node] = []
         self._queue: list[tuple[float, int]] = []
-        self._seen: set[tuple[int, int, int, float, float, float, float]] = set()
+        self._seen: dict[tuple[int, int, int, float, float, float, float], float] = {}
         self._first: dict[tuple[int, int], int] = {}  # start leaf behind a face, by leaf beyond
         for leaf in start_leaves.tolist():
             for exit_ in mesh.exits[leaf]:
@@ -189,9 +189,10 @@ class TautSearch:
             return
         if node.root >= 0:
             key = (node.root, node.face, node.leaf, *node[4:6], *node[7:9])
-            if key in self._seen:
+            # Only a longer string has been here: what it pushed ends in `run`, so this one goes.
+            if self._seen.get(key, math.inf) <= node.length * _LONGER:
                 return
-            self._seen.add(key)
+            self._seen[key] = node.length
         heappush(self._queue, (estimate, len(self._nodes)))
         self._nodes.append(node)
 

@@ -1,4 +1,4 @@
-"""The shortest path among boxes in the plane, exactly: the yardstick of the 2-D scenes.
+"""The shortest path among boxes in the plane, exactly: the yardstick of the benchmarks in 2-D.
 
 In the plane a shortest path bends at corners of obstacles only, around which it is locally taut.
 So the nodes are the corners, and an edge is a free segment that leaves the boxes at both of its

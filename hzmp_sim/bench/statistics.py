@@ -38,6 +38,28 @@ def first_time(history: History) -> float:
     return history[0][0] if history else math.inf
 
 
+def improvements(
+    history: Iterable[tuple[float, float, float]], shift: float = 0.0
+) -> tuple[list[list[float]], list[list[float]]]:
+    """When the cost improved, and when the lower bound did.
+
+    Args:
+        history: (time [s], cost [m], lower bound [m]), as `Plan.history` has them.
+        shift: what to add to the times [s].
+
+    Returns:
+        (time [s], cost [m]) and (time [s], lower bound [m]) of each improvement.
+    """
+    costs: list[list[float]] = []
+    bounds: list[list[float]] = []
+    for when, cost, bound in history:
+        if math.isfinite(cost) and (not costs or cost < costs[-1][1]):
+            costs.append([shift + when, cost])
+        if math.isfinite(bound) and (not bounds or bound > bounds[-1][1]):
+            bounds.append([shift + when, bound])
+    return costs, bounds
+
+
 def cost_at(history: History, time_s: float) -> float:
     """Cost at a time [m]; inf before the first path."""
     return min((cost for when, cost in history if when <= time_s), default=math.inf)

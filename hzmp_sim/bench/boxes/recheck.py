@@ -12,6 +12,10 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_planners.sets import Polytope
 
+FREE_TOL = 1e-8
+"""A path of ours this deep in an obstacle, relative to the workspace, touches it: round-off. Its
+points are in closed leaves up to a tenth of this."""
+
 
 @dataclass(frozen=True)
 class Recheck:
@@ -22,6 +26,23 @@ class Recheck:
     """How deep its deepest point is inside an obstacle or outside of the workspace; 0: free."""
     end_error: float
     """How far its ends are from start and goal."""
+
+    def defects(self, claimed: float, size: float) -> list[str]:
+        """What is wrong with a path of ours.
+
+        Args:
+            claimed: its length as the planner has it [m].
+            size: largest side of the workspace [m].
+        """
+        tol = FREE_TOL * size
+        found = []
+        if self.depth > tol:
+            found.append(f"path {self.depth:.3g} m inside an obstacle")
+        if self.end_error > tol:
+            found.append(f"path ends {self.end_error:.3g} m from start or goal")
+        if abs(self.length - claimed) > tol:
+            found.append(f"path is {self.length:.12g} m long, the plan says {claimed:.12g}")
+        return found
 
 
 def recheck(

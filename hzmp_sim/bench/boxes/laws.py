@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from hzmp_planners._arrays import Floats
-from hzmp_sim.bench.peers.scenes import BoxScene
+from hzmp_sim.bench.boxes.scene import BoxScene
 
 Boxes = list[tuple[list[float], list[float]]]
 """Lower and upper corner of each."""
@@ -55,17 +55,16 @@ def solvable(scene: BoxScene) -> bool:
     return bool(np.isin(mine, wanted).any())
 
 
-def solvable_draws(n: int, count: int, seed: int, wanted: int) -> tuple[list[BoxScene], int]:
-    """The first solvable scenes from a seed on, and how many draws were passed over."""
-    scenes: list[BoxScene] = []
-    passed = 0
+def solvable_draws(n: int, count: int, seed: int, wanted: int) -> tuple[dict[int, BoxScene], int]:
+    """The first solvable scenes from a seed on by their seeds, and how many draws were not."""
+    scenes: dict[int, BoxScene] = {}
+    number = seed
     while len(scenes) < wanted:
-        scene = random_boxes(n, count, seed + len(scenes) + passed)
+        scene = random_boxes(n, count, number)
         if solvable(scene):
-            scenes.append(scene)
-        else:
-            passed += 1
-    return scenes, passed
+            scenes[number] = scene
+        number += 1
+    return scenes, number - seed - wanted
 
 
 # --- set pieces: obstacles by their extents in x and y; in 3-D they go all the way along z --------
@@ -193,9 +192,9 @@ def default_scenes(seed: int, quick: bool) -> tuple[list[BoxScene], list[str]]:
     remarks = []
     for n, count, many in ((2, FLAT, 6), (3, SPARSE, 3), (3, DENSE, 3)):
         drawn, passed = solvable_draws(n, count, seed, 1 if quick else many)
-        scenes += drawn
+        scenes += drawn.values()
         if passed:
-            remarks.append(f"{drawn[0].group}: {passed} unsolvable draws were passed over")
+            remarks.append(f"{scenes[-1].group}: {passed} unsolvable draws were passed over")
     for n, names in PIECES.items():
         scenes += [set_piece(name, n) for name in (names[2:3] if quick else names)]
     scenes += [maze(side, seed) for side in ((5,) if quick else (10, 20))]
