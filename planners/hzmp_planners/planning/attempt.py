@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,10 +48,22 @@ class Attempt:
         self.bound = float(np.linalg.norm(query.goal - query.start))
         self.certificate: Certificate | CornerCertificate | None = None
         self.history: list[tuple[float, float, float]] = []
-        self.detours, self.nearest = least_detour(graph.corners, query.start, query.goal)
-        """f* of each face (F,) [m] and the point where it is attained (F, n): see `detour`."""
         self._began, self._deadline, self._gap = began, began + time_limit, gap
         self._tried: set[FaceSequence] = set()
+
+    @cached_property
+    def _over_faces(self) -> tuple[Floats, Floats]:
+        return least_detour(self.graph.corners, self.query.start, self.query.goal)
+
+    @property
+    def detours(self) -> Floats:
+        """f* of each face, shape (F,) [m]: see `detour`."""
+        return self._over_faces[0]
+
+    @property
+    def nearest(self) -> Floats:
+        """The point of each face where f* is attained, shape (F, n) [m]."""
+        return self._over_faces[1]
 
     @property
     def cost(self) -> float:

@@ -17,6 +17,7 @@ from hzmp_planners.planning.bends.bend_graph import BendGraphs
 from hzmp_planners.planning.crossings import CrossingGraphs
 from hzmp_planners.planning.detour import bottleneck_bound
 from hzmp_planners.planning.explore import explore
+from hzmp_planners.planning.first_path import offer_first
 from hzmp_planners.planning.paper.algorithm import solve_paper
 from hzmp_planners.planning.paper.settings import PaperSettings
 from hzmp_planners.planning.planar.certificate import certify
@@ -74,7 +75,7 @@ def plan(
     s, g = as_point(start, "start", space.n), as_point(goal, "goal", space.n)
     query = Query(s, g, _located(space, s, "start"), _located(space, g, "goal"))
     attempt = Attempt(space.graph, query, began=began, time_limit=time_limit, gap=gap)
-    status, samples = _solve(attempt, space, paper, np.random.default_rng(seed))
+    status, samples = _solve(attempt, space, paper, int(seed))
     route = attempt.route
     return Plan(
         status=status,
@@ -96,31 +97,30 @@ def _solve(
     attempt: Attempt,
     space: FreeSpace,
     paper: PaperSettings | Literal["best"],
-    rng: np.random.Generator,
+    seed: int,
 ) -> tuple[PlanStatus, Floats]:
     """Run an attempt to its end; its status, and the points that were sampled."""
     query, graph = attempt.query, attempt.graph
     none = np.zeros((0, query.start.size))
-    common = np.intersect1d(query.start_leaves, query.goal_leaves)
-    if len(common):
-        attempt.offer(Route(np.array([query.start, query.goal]), common[:1], attempt.bound))
+    starts, goals = query.start_leaves, query.goal_leaves
+    if common := _shared(starts, goals):
+        leaf = np.array([min(common)])
+        attempt.offer(Route(np.array([query.start, query.goal]), leaf, attempt.bound))
         return PlanStatus.OPTIMAL, none
-    components = graph.components
-    if not np.isin(components[query.start_leaves], components[query.goal_leaves]).any():
+    if not _shared(graph.components[starts], graph.components[goals]):
         attempt.raise_bound(math.inf)
         return PlanStatus.INFEASIBLE, none
     if isinstance(paper, PaperSettings):
-        return solve_paper(attempt, space, paper, rng)
-    attempt.raise_bound(
-        bottleneck_bound(
-            attempt.detours, graph.ends, graph.leaf_count, query.start_leaves, query.goal_leaves
-        )
-    )
+        return solve_paper(attempt, space, paper, np.random.default_rng(seed))
+    offer_first(attempt, space)
     if space.n == 2 and space.disjoint:
         _search_plane(attempt, space)
-        if attempt.done and attempt.route is not None:
-            return PlanStatus.OPTIMAL if attempt.closed else PlanStatus.FEASIBLE, none
-    samples = explore(attempt, rng)
+    if attempt.done and attempt.route is not None:
+        return PlanStatus.OPTIMAL if attempt.closed else PlanStatus.FEASIBLE, none
+    attempt.raise_bound(
+        bottleneck_bound(attempt.detours, graph.ends, graph.leaf_count, starts, goals)
+    )
+    samples = explore(attempt, np.random.default_rng(seed))
     if attempt.route is None:
         return PlanStatus.TIME_LIMIT, samples
     if not attempt.done:
@@ -128,11 +128,19 @@ def _solve(
     return PlanStatus.OPTIMAL if attempt.closed else PlanStatus.FEASIBLE, samples
 
 
+def _shared(one: Ints, two: Ints) -> set[int]:
+    """Numbers that are in both of two short lists."""
+    return set(one.tolist()) & set(two.tolist())
+
+
 def _search_plane(attempt: Attempt, space: FreeSpace) -> None:
-    """Find the shortest path in the plane; if that takes most of the time, bound it at least."""
+    """Find a shorter path in the plane or prove that there is none.
+
+    If that takes most of the time, what was searched proves a bound at least.
+    """
     query, mesh = attempt.query, prepared(space).mesh
     search = TautSearch(mesh, query.start, query.goal, query.start_leaves, query.goal_leaves)
-    search.run(deadline=time.perf_counter() + _SEARCHED * attempt.time_left)
+    search.run(attempt.cost, time.perf_counter() + _SEARCHED * attempt.time_left)
     if search.path is not None:
         points, leaves = search.path.waypoints, search.path.leaves
         attempt.offer(Route(points, leaves, path_length(points)))
