@@ -65,7 +65,17 @@ def test_no_path_shorter_than_a_limit_is_a_bound() -> None:
     best = plan(space, scene.start, scene.goal).cost
     search.run(limit=0.99 * best)
     assert search.path is None
-    assert search.bound >= 0.99 * best
+    assert search.bound == 0.99 * best
+
+
+def test_a_limit_below_every_way_out_of_the_start_proves_no_more_than_itself() -> None:
+    space = room(box(1.0, 0.5, 1.5, 3.5))
+    start, goal = np.array([0.5, 2.0]), np.array([3.5, 2.0])
+    ends = space.leaves_at(start), space.leaves_at(goal)
+    search = TautSearch(build_mesh(space), start, goal, *ends)
+    search.run(limit=3.1)
+    assert search.path is None
+    assert search.bound == 3.1
 
 
 def test_a_shorter_string_to_a_corner_goes_where_a_longer_one_was_first() -> None:

@@ -32,8 +32,8 @@ def test_every_point_is_in_the_leaf_that_is_found(kind: str, n: int) -> None:
         found = space.leaf_of(points)
         assert found.tolist() == [min(leaves, default=-1) for leaves in expected]
         assert np.array_equal(space.contains(points), found >= 0)
-        for point, leaves in zip(points[-80:], expected[-80:], strict=True):
-            assert set(space.leaves_at(point).tolist()) == leaves
+        for point, leaves in zip(points, expected, strict=True):
+            assert space.leaves_at(point).tolist() == sorted(leaves)
 
 
 def test_points_after_updates() -> None:

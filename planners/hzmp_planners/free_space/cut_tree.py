@@ -68,6 +68,31 @@ class CutTree:
             point, node = point[node >= 0], node[node >= 0]
         return np.concatenate(rows), np.concatenate(found)
 
+    def descend_from(self, x: list[float], table: PlaneTable, tol: float) -> list[int]:
+        """All pieces that one point may be in: `descend`, number by number.
+
+        Arrays of one entry cost ten times as much as the entry.
+        """
+        plane_of, piece_of, child_of = self.planes.item, self.pieces.item, self.children.item
+        normal_of, offset_of = table.normals.item, table.offsets.item
+        found: list[int] = []
+        nodes = [0]
+        while nodes:
+            node = nodes.pop()
+            plane = plane_of(node)
+            if plane < 0:
+                found.append(piece_of(node))
+                continue
+            height = -offset_of(plane)
+            for axis, value in enumerate(x):
+                height += value * normal_of(plane, axis)
+            below, above = child_of(node, 0), child_of(node, 1)
+            if height <= tol and below >= 0:
+                nodes.append(below)
+            if height >= -tol and above >= 0:
+                nodes.append(above)
+        return [piece for piece in found if piece >= 0]
+
 
 class TreeBuilder:
     """Trees in the making; the roots are the first nodes."""

@@ -343,7 +343,26 @@ class FreeSpace:
 
     def leaves_at(self, x: ArrayLike) -> Ints:
         """Indices of all leaves that contain the point x (n,): several on a shared face."""
-        return np.unique(self._located(as_point(x, "x", self.n)[None])[1])
+        point = as_point(x, "x", self.n)
+        pieces = self._world.tree.descend_from(point.tolist(), self._world.table, self._slack)
+        if self._cover is not None:
+            beside, starts = self._cover.beside, self._cover.beside_starts
+            pieces = [j for i in pieces for j in beside[starts[i] : starts[i + 1]].tolist()]
+        A, b, facets = self.halfspaces
+        tol, found = MEMBERSHIP_TOL * self.scale, []
+        for leaf in set(pieces):
+            first, end = facets.item(leaf), facets.item(leaf + 1)
+            if (A[first:end] @ point - b[first:end]).max() <= tol:
+                found.append(leaf)
+        return np.array(sorted(found), dtype=np.int64)
+
+    @property
+    def _slack(self) -> float:
+        """How far beyond a cut a point may be that a leaf behind it holds [m].
+
+        A cut of a merged leaf may run a little beside its facets.
+        """
+        return (MEMBERSHIP_TOL + 8.0 * PLANE_TOL) * self.scale
 
     def trace(self, polyline: ArrayLike) -> tuple[Floats, Ints] | None:
         """Follow a polyline (k, n) through the leaves.
@@ -365,10 +384,7 @@ class FreeSpace:
         return rows, leaves
 
     def _located_few(self, points: Floats) -> Ints:
-        tol = MEMBERSHIP_TOL * self.scale
-        # A cut of a merged leaf may run a little beside its facets.
-        slack = tol + 8.0 * PLANE_TOL * self.scale
-        rows, leaves = self._world.tree.descend(points, self._world.table, slack)
+        rows, leaves = self._world.tree.descend(points, self._world.table, self._slack)
         if self._cover is not None:
             counts = counts_of(self._cover.beside_starts)[leaves]
             rows, leaves = (
@@ -379,7 +395,7 @@ class FreeSpace:
         counts = counts_of(facets)[leaves]
         held = spans(facets[leaves], counts)
         heights = np.einsum("ij,ij->i", A[held], points[rows.repeat(counts)]) - b[held]
-        inside = reduced(np.maximum, heights, starts_of(counts)) <= tol
+        inside = reduced(np.maximum, heights, starts_of(counts)) <= MEMBERSHIP_TOL * self.scale
         return np.stack([rows[inside], leaves[inside]])
 
     @cached_property

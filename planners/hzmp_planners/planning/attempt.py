@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -82,8 +83,6 @@ class Attempt:
         self.certificate: Certificate | CornerCertificate | None = None
         self.history: list[tuple[float, float, float]] = []
         self.samples: list[Floats] = [np.zeros((0, query.start.size))]
-        self.detours, self.nearest = least_detour(graph.corners, query.start, query.goal)
-        """f* of each face (F,) [m] and the point where it is attained (F, n): see `detour`."""
         self._gap, self._veto, self._report = gap, veto, report
         self._began = self._deadline = -math.inf
         self._tried: set[FaceSequence] = set()
@@ -101,6 +100,20 @@ class Attempt:
     def pause(self) -> None:
         """Stop the clock."""
         self._paused = time.perf_counter()
+
+    @cached_property
+    def _over_faces(self) -> tuple[Floats, Floats]:
+        return least_detour(self.graph.corners, self.query.start, self.query.goal)
+
+    @property
+    def detours(self) -> Floats:
+        """f* of each face, shape (F,) [m]: see `detour`."""
+        return self._over_faces[0]
+
+    @property
+    def nearest(self) -> Floats:
+        """The point of each face where f* is attained, shape (F, n) [m]."""
+        return self._over_faces[1]
 
     @property
     def cost(self) -> float:

@@ -31,56 +31,75 @@ def least_detour(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Floats]
     Returns:
         f* (F,) [m] and the minimising points (F, n) [m].
     """
-    count, _, n = corners.shape
-    start = np.broadcast_to(s, (count, n))[:, None, :]
-    goal = np.broadcast_to(g, (count, n))[:, None, :]
-    flat = corners.shape[1] == 2
-    following = corners[:, 1:] if flat else np.roll(corners, -1, axis=1)
-    origins = corners[:, :-1] if flat else corners
-    edge = following - origins
-    length = np.linalg.norm(edge, axis=2, keepdims=True)
-    direction = edge / np.where(length > 0.0, length, 1.0)
-    s_along = ((start - origins) * direction).sum(axis=2, keepdims=True)
-    g_along = ((goal - origins) * direction).sum(axis=2, keepdims=True)
-    s_off = np.linalg.norm(start - origins - s_along * direction, axis=2, keepdims=True)
-    g_off = np.linalg.norm(goal - origins - g_along * direction, axis=2, keepdims=True)
+    count, k, n = corners.shape
+    start = np.broadcast_to(s, (count, n))[:, None]
+    goal = np.broadcast_to(g, (count, n))[:, None]
+    flat = k == 2
+    origins = corners[:, :1] if flat else corners
+    edge = corners[:, 1:] - origins if flat else corners[:, _following(k)] - origins
+    length = _norm(edge)
+    direction = edge / np.where(length > 0.0, length, 1.0)[..., None]
+    s_along, s_off = _along_and_off(start - origins, direction)
+    g_along, g_off = _along_and_off(goal - origins, direction)
     reach = s_off + g_off
     along = np.where(
         reach > 0.0,
         (s_along * g_off + g_along * s_off) / np.where(reach > 0.0, reach, 1.0),
         s_along,
     )
-    points = origins + np.clip(along, 0.0, length) * direction
-    detours = np.linalg.norm(points - start, axis=2) + np.linalg.norm(points - goal, axis=2)
+    points = origins + np.minimum(np.maximum(along, 0.0), length)[..., None] * direction
+    detours = _norm(points - start) + _norm(points - goal)
     best = detours.argmin(axis=1)
     rows = np.arange(count)
     least, where = detours[rows, best], points[rows, best]
     if not flat and count:
-        crossing, inside = _plane_crossing(corners, start[:, 0], goal[:, 0])
-        through = np.linalg.norm(crossing - start[:, 0], axis=1)
-        through += np.linalg.norm(crossing - goal[:, 0], axis=1)
+        crossing, inside = _plane_crossing(corners, edge, start[:, 0], goal[:, 0])
+        through = _norm(crossing - start[:, 0]) + _norm(crossing - goal[:, 0])
         better = inside & (through < least)
         least = np.where(better, through, least)
         where = np.where(better[:, None], crossing, where)
     return least, where
 
 
-def _plane_crossing(corners: Floats, s: Floats, g: Floats) -> tuple[Floats, Bools]:
+def _plane_crossing(corners: Floats, edge: Floats, s: Floats, g: Floats) -> tuple[Floats, Bools]:
     """Where the mirrored s sees g through each polygon's plane, and whether inside the polygon."""
     base = corners[:, 0]
     spokes = corners - base[:, None]
-    area = np.cross(spokes, np.roll(spokes, -1, axis=1)).sum(axis=1)
-    normal = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
-    s_height = ((s - base) * normal).sum(axis=1, keepdims=True)
-    g_height = ((g - base) * normal).sum(axis=1, keepdims=True)
+    area = _cross(spokes, spokes[:, _following(corners.shape[1])]).sum(axis=1)
+    normal = area / np.maximum(_norm(area), 1e-300)[:, None]
+    s_height, g_height = _dot(s - base, normal), _dot(g - base, normal)
     reach = np.abs(s_height) + np.abs(g_height)
     share = np.where(reach > 0.0, np.abs(s_height) / np.where(reach > 0.0, reach, 1.0), 0.0)
-    s_foot, g_foot = s - s_height * normal, g - g_height * normal
-    crossing = s_foot + share * (g_foot - s_foot)
-    edge = np.roll(corners, -1, axis=1) - corners
-    turn = (np.cross(edge, crossing[:, None] - corners) * normal[:, None]).sum(axis=2)
+    s_foot, g_foot = s - s_height[:, None] * normal, g - g_height[:, None] * normal
+    crossing = s_foot + share[:, None] * (g_foot - s_foot)
     # The area vector orients the polygon, so inside is on the left of every edge.
+    turn = _dot(_cross(normal[:, None], edge), crossing[:, None] - corners)
     return crossing, np.asarray((turn >= 0.0).all(axis=1))
+
+
+def _along_and_off(offset: Floats, direction: Floats) -> tuple[Floats, Floats]:
+    """Length of vectors along unit vectors, and of what is left of them."""
+    along = _dot(offset, direction)
+    return along, _norm(offset - along[..., None] * direction)
+
+
+def _following(k: int) -> Ints:
+    """Number of the corner that comes after each."""
+    return np.arange(1, k + 1) % k
+
+
+# For vectors of three entries numpy's own sums and cross products take several times as long.
+def _dot(a: Floats, b: Floats) -> Floats:
+    return np.asarray(np.einsum("...n,...n->...", a, b))
+
+
+def _norm(a: Floats) -> Floats:
+    return np.asarray(np.sqrt(_dot(a, a)))
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    ahead, back = [1, 2, 0], [2, 0, 1]
+    return np.asarray(a[..., ahead] * b[..., back] - a[..., back] * b[..., ahead])
 
 
 def bottleneck_bound(detours: Floats, ends: Ints, leaves: int, s: Ints, g: Ints) -> float:

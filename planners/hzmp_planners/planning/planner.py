@@ -77,8 +77,7 @@ class Planner:
         old = warm_start.waypoints if isinstance(warm_start, Plan) else warm_start
         known = None if old is None else as_points(old, "warm_start", space.n)
         paper = PaperSettings() if method == "paper" else method
-        rng = np.random.default_rng(seed)
-        self._steps = steps(self._attempt, space, known, paper, rng)
+        self._steps = steps(self._attempt, space, known, paper, int(seed))
         self._exhausted = False
 
     @property

@@ -7,6 +7,7 @@ from functools import cached_property
 
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.bends.bend_graph import BendWorld
+from hzmp_planners.planning.exits import Exits
 from hzmp_planners.planning.planar.mesh import Mesh, build_mesh
 
 
@@ -15,6 +16,11 @@ class Prepared:
     """Tables of one free space."""
 
     space: FreeSpace
+
+    @cached_property
+    def exits(self) -> Exits:
+        """For first paths."""
+        return Exits(self.space.graph)
 
     @cached_property
     def mesh(self) -> Mesh:

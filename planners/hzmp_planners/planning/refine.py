@@ -57,8 +57,25 @@ def rank_together(start: Floats, goal: Floats, routes: list[Floats], sweeps: int
     points = np.empty((len(routes), longest + 2, n))
     points[:, 0], points[:, -1] = start, goal
     points[:, 1:-1] = corners.mean(axis=2)
-    for sweep in range(2 * sweeps):
-        inner = np.arange(1 + sweep % 2, longest + 1, 2)
+    swept = sweep(points, corners, sweeps)
+    return np.asarray(np.linalg.norm(np.diff(swept, axis=1), axis=2).sum(axis=1))
+
+
+def sweep(points: Floats, corners: Floats, sweeps: int) -> Floats:
+    """Move every second waypoint of routes to its optimum between its neighbours, in turns.
+
+    Args:
+        points: start, a point for each face, and goal of each route, shape (R, K+1, n) [m].
+        corners: faces of each route in the order of travel, shape (R, K-1, k, n) [m].
+        sweeps: how many passes over all waypoints.
+
+    Returns:
+        The moved points, on their faces after the first sweep, shape (R, K+1, n) [m].
+    """
+    points = points.copy()
+    routes, count, k, n = corners.shape
+    for turn in range(2 * sweeps):
+        inner = np.arange(1 + turn % 2, count + 1, 2)
         if not len(inner):
             continue
         _, moved = least_detour(
@@ -66,8 +83,8 @@ def rank_together(start: Floats, goal: Floats, routes: list[Floats], sweeps: int
             points[:, inner - 1].reshape(-1, n),
             points[:, inner + 1].reshape(-1, n),
         )
-        points[:, inner] = moved.reshape(len(routes), len(inner), n)
-    return np.asarray(np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1))
+        points[:, inner] = moved.reshape(routes, len(inner), n)
+    return points
 
 
 def _solve(start: Floats, goal: Floats, corners: Floats, time_limit: float) -> Floats:

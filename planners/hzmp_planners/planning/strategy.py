@@ -9,13 +9,14 @@ from typing import Literal
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.attempt import Attempt, Route
 from hzmp_planners.planning.bends.bend_graph import BendGraphs
 from hzmp_planners.planning.crossings import CrossingGraphs
 from hzmp_planners.planning.detour import bottleneck_bound
 from hzmp_planners.planning.explore import explore
+from hzmp_planners.planning.first_path import offer_first
 from hzmp_planners.planning.follow import offer_known
 from hzmp_planners.planning.lazy import explore_with_veto
 from hzmp_planners.planning.paper.algorithm import solve_paper
@@ -36,7 +37,7 @@ def steps(
     space: FreeSpace,
     known: Floats | None,
     paper: PaperSettings | Literal["best"],
-    rng: np.random.Generator,
+    seed: int,
 ) -> Iterator[None]:
     """Work on an attempt until there is nothing left to do; yields whenever the time is over.
 
@@ -45,54 +46,63 @@ def steps(
         space: its free space.
         known: a path for similar ends, shape (k, n) [m].
         paper: settings of the paper's method; or ours.
-        rng: of the random samples.
+        seed: of the random samples.
     """
     query, graph = attempt.query, attempt.graph
-    components = graph.components
-    if not np.isin(components[query.start_leaves], components[query.goal_leaves]).any():
+    starts, goals = query.start_leaves, query.goal_leaves
+    if not _shared(graph.components[starts], graph.components[goals]):
         attempt.raise_bound(math.inf)
         return
-    common = np.intersect1d(query.start_leaves, query.goal_leaves)
-    if len(common):
-        attempt.offer(Route(np.array([query.start, query.goal]), common[:1], attempt.bound))
+    if common := _shared(starts, goals):
+        leaf = np.array([min(common)])
+        attempt.offer(Route(np.array([query.start, query.goal]), leaf, attempt.bound))
         if attempt.closed:
             return
     elif known is not None:
         offer_known(attempt, space, known)
     if isinstance(paper, PaperSettings):
-        yield from solve_paper(attempt, space, paper, rng)
+        yield from solve_paper(attempt, space, paper, np.random.default_rng(seed))
         return
-    if not len(common):
-        attempt.raise_bound(
-            bottleneck_bound(
-                attempt.detours, graph.ends, graph.leaf_count, query.start_leaves, query.goal_leaves
-            )
-        )
+    if not common:
+        if attempt.route is None:
+            offer_first(attempt, space)
         if space.n == 2 and space.disjoint:
-            yield from _search_plane(attempt, space, rng)
+            yield from _search_plane(attempt, space, seed)
+        if attempt.closed:
+            return
+        attempt.raise_bound(
+            bottleneck_bound(attempt.detours, graph.ends, graph.leaf_count, starts, goals)
+        )
+    rng = np.random.default_rng(seed)
     if attempt.has_veto:
         yield from explore_with_veto(attempt, rng)
         return
-    if not attempt.closed:
-        yield from explore(attempt, rng)
+    yield from explore(attempt, rng)
     if not attempt.closed and math.isfinite(attempt.limit):
         yield from _prove(attempt, space)
 
 
-def _search_plane(attempt: Attempt, space: FreeSpace, rng: np.random.Generator) -> Iterator[None]:
-    """Find the shortest path in the plane; where that takes long, a sampled one first."""
+def _shared(one: Ints, two: Ints) -> set[int]:
+    """Numbers that are in both of two short lists."""
+    return set(one.tolist()) & set(two.tolist())
+
+
+def _search_plane(attempt: Attempt, space: FreeSpace, seed: int) -> Iterator[None]:
+    """Find a shorter path in the plane or prove that none is; sample where that takes long."""
     query, mesh = attempt.query, prepared(space).mesh
     search = TautSearch(mesh, query.start, query.goal, query.start_leaves, query.goal_leaves)
-    exploration = explore(attempt, rng)
+    exploration: Iterator[None] | None = None
     while True:
-        deadline = time.perf_counter() + _SEARCHED * attempt.time_left
-        search.run(attempt.cutoff, deadline)
+        limit = attempt.limit
+        search.run(limit, time.perf_counter() + _SEARCHED * attempt.time_left)
         if search.path is not None:
             points, leaves = search.path.waypoints, search.path.leaves
             attempt.offer(Route(points, leaves, path_length(points)))
         attempt.raise_bound(search.bound, certify(mesh, search, query.start, query.goal))
-        if search.path is not None or search.bound >= attempt.cutoff:
+        if search.path is not None or search.bound >= limit:
             return
+        if exploration is None:
+            exploration = explore(attempt, np.random.default_rng(seed))
         next(exploration, None)
         yield
 

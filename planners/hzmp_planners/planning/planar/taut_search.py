@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners.planning.planar.funnel import crossing
 from hzmp_planners.planning.planar.mesh import Mesh
 
 _CHECKED = 16  # nodes between two looks at the clock
@@ -202,7 +203,8 @@ class TautSearch:
         points, leaves = [aim], [self._nodes[number].leaf]
         while number >= 0:
             node = self._nodes[number]
-            points.append(_crossing(node, *aim))
+            left, right = (node.left_x, node.left_y), (node.right_x, node.right_y)
+            points.append(crossing((node.x, node.y), aim, left, right))
             number = node.parent
             before = self._nodes[number] if number >= 0 else None
             bent = before is not None and before.root != node.root
@@ -228,16 +230,3 @@ def _least_over(node: _Node, x: float, y: float) -> float:
     if l_x * v - l_y * u < 0.0:
         return hypot(l_x, l_y) + hypot(x - b_x, y - b_y)
     return hypot(u, v)
-
-
-def _crossing(node: _Node, x: float, y: float) -> tuple[float, float]:
-    """Where the line from a node's root to a point crosses its interval."""
-    along_x, along_y = node.right_x - node.left_x, node.right_y - node.left_y
-    before = along_x * (node.y - node.left_y) - along_y * (node.x - node.left_x)
-    after = along_x * (y - node.left_y) - along_y * (x - node.left_x)
-    share = 0.5 if before == after else before / (before - after)
-    p_x, p_y = node.x + share * (x - node.x), node.y + share * (y - node.y)
-    square = along_x * along_x + along_y * along_y
-    t = ((p_x - node.left_x) * along_x + (p_y - node.left_y) * along_y) / square if square else 0.0
-    t = min(max(t, 0.0), 1.0)
-    return node.left_x + t * along_x, node.left_y + t * along_y
