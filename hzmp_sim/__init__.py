@@ -25,6 +25,7 @@ from hzmp_planners.sets import Zonotope as Zonotope
 from hzmp_planners.sets import contact as contact
 from hzmp_sim.run import FlightLog as FlightLog
 from hzmp_sim.run import Run as Run
+from hzmp_sim.scene import ConvexDecomposition as ConvexDecomposition
 from hzmp_sim.scene import Scene as Scene
 from hzmp_sim.scene import load_scene as load_scene
 from hzmp_sim.settings import RunSettings as RunSettings
@@ -41,6 +42,7 @@ __all__ = [
     "ConstrainedZonotope",
     "Contact",
     "ContactKind",
+    "ConvexDecomposition",
     "Ellipsotope",
     "FlightLog",
     "FreeSpace",

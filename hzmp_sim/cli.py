@@ -17,6 +17,7 @@ from hzmp_planners.errors import HzmpError, QueryError
 from hzmp_planners.planning import PlanStatus
 from hzmp_sim import __version__
 from hzmp_sim.bench.commands import bench
+from hzmp_sim.scene.decomposition.settings import ConvexDecomposition
 from hzmp_sim.settings import RunSettings
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ app.command(bench)
 Coordinates = Annotated[tuple[float, ...] | None, Parameter(consume_multiple=True, negative=())]
 Switch = Annotated[bool, Parameter(negative=())]
 
+_DEFAULT_COACD = ConvexDecomposition()
+
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +54,8 @@ class World:
         workspace: box that bounds the whole body, lower then upper corner [m].
         clearance: distance to keep from every obstacle [m]; default 0.05.
         tolerance: how much larger than exact an obstacle may be [m].
+        convex_decomposition: cut non-convex meshes into convex pieces; else they are their hulls.
+        coacd: how to cut them.
     """
 
     body: str | None = None
@@ -59,18 +64,31 @@ class World:
     workspace: Coordinates = None
     clearance: float | None = None
     tolerance: float | None = None
+    convex_decomposition: Switch = False
+    coacd: ConvexDecomposition = _DEFAULT_COACD
 
     def load(self, path: str) -> Scene:
-        """The scene, its warnings printed to stderr."""
+        """The scene; its warnings, and what became of its meshes, are printed to stderr."""
         from hzmp_sim.scene import load_scene
 
         corners: tuple[list[float], list[float]] | None = None
         if self.workspace is not None:
             half = len(self.workspace) // 2
             corners = list(self.workspace[:half]), list(self.workspace[half:])
+        if self.coacd != _DEFAULT_COACD and not self.convex_decomposition:
+            raise QueryError("--coacd.* says how to cut meshes: give --convex-decomposition, too")
         scene = load_scene(
-            path, self.body, self.start, self.goal, corners, self.clearance, self.tolerance
+            path,
+            self.body,
+            self.start,
+            self.goal,
+            corners,
+            self.clearance,
+            self.tolerance,
+            self.coacd if self.convex_decomposition else False,
         )
+        for report in scene.pieces:
+            print(f"hzmp-sim: {report.describe()}", file=sys.stderr)
         for warning in scene.warnings:
             print(f"hzmp-sim: warning: {warning}", file=sys.stderr)
         return scene
@@ -91,7 +109,8 @@ def run(
     """Plan, fly and record a run.
 
     Args:
-        scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
+        scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
+            narrow_passage).
         world: body, start, goal.
         out: run directory; default: runs/WORLD-BODY.
         settings: how to plan, fly and record.
@@ -121,7 +140,8 @@ def plan(
     """Plan a path with its lower bound, and check both with independent code.
 
     Args:
-        scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
+        scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
+            narrow_passage).
         world: body, start, goal.
         time_limit: time the planner may take [s].
         gap: optimality gap at which the planner stops.
@@ -159,7 +179,8 @@ def inspect(
     """Show how a world is read: geoms, obstacles, leaves, faces, warnings.
 
     Args:
-        scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
+        scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
+            narrow_passage).
         world: body, start, goal.
         picture: write a picture of the leaves to this file (.png, .svg, .pdf).
         explode: how far the leaves of the picture are apart; 0.2 shows what is between them.

@@ -15,11 +15,13 @@ from hzmp_sim.scene.bodies import (
     Body,
     attach_body,
     choose_body,
+    descends,
     is_bundled,
     qpos_at,
     read_body,
 )
 from hzmp_sim.scene.constants import BOX_MITRE, DEFAULT_CLEARANCE, MIN_TOLERANCE
+from hzmp_sim.scene.decomposition import ConvexDecomposition, Decomposition, decompose_meshes
 from hzmp_sim.scene.geoms import geom_name
 from hzmp_sim.scene.mjcf import World, compile_spec, find_world, read_spec, written_world
 from hzmp_sim.scene.obstacles import Obstacles, is_planar_world, read_obstacles
@@ -43,6 +45,7 @@ def load_scene(
     workspace: tuple[ArrayLike, ArrayLike] | None = None,
     clearance: float | None = None,
     tolerance: float | None = None,
+    convex_decomposition: bool | ConvexDecomposition = False,
 ) -> Scene:
     """Read a MuJoCo world as a planning scene.
 
@@ -58,6 +61,8 @@ def load_scene(
         clearance: distance to keep from every obstacle [m], >= 0; default 0.05.
         tolerance: how much larger than exact an obstacle may be [m], > 0; default such that a
             grown box keeps its six facets.
+        convex_decomposition: cut non-convex meshes that collide into convex pieces, for planner
+            and physics alike; True: by CoACD's usual settings. Otherwise a mesh is its hull.
 
     Raises:
         SceneError: the world cannot be read as a scene.
@@ -75,9 +80,11 @@ def load_scene(
         read_endpoint(model, data, label, given)
         for label, given in (("start", start), ("goal", goal))
     )
+    pieces = _pieces(model, spec, name, convex_decomposition)
     if is_bundled(model, name):
-        world, moving, centre = _attached(file, name, begin, end, space)
+        world, moving, centre = _attached(file, pieces, name, begin, end, space)
     else:
+        pieces.put_into(spec)
         world = written_world(spec, file)
         moving = read_body(world.model, world.data, name)
         centre = moving.centre
@@ -118,15 +125,30 @@ def load_scene(
         obstacles=obstacles.polytopes,
         obstacle_geoms=obstacles.geoms,
         body_geoms=moving.geoms,
-        geoms=obstacles.reports,
-        warnings=warnings + world.warnings + obstacles.warnings,
+        geoms=pieces.explained(obstacles.reports, world.model),
+        pieces=pieces.reports,
+        warnings=warnings + world.warnings + obstacles.warnings + pieces.warnings,
         initial_qpos=frozen(qpos_at(world.model, world.data, moving, centre)),
         reading_time=time.perf_counter() - began,
     )
 
 
+def _pieces(
+    model: mujoco.MjModel, spec: mujoco.MjSpec, body: str, asked: bool | ConvexDecomposition
+) -> Decomposition:
+    """The convex pieces of the world's meshes as far as asked, those of the body left alone."""
+    if not asked:
+        return Decomposition()
+    spared: list[int] = []
+    if not is_bundled(model, body):
+        root = model.body(body).id
+        spared = [g for g in range(model.ngeom) if descends(model, model.geom_bodyid[g], root)]
+    settings = ConvexDecomposition() if asked is True else asked
+    return decompose_meshes(model, spec, settings, spared)
+
+
 def _attached(
-    file: Path, name: str, begin: Endpoint, end: Endpoint, space: Bounds
+    file: Path, pieces: Decomposition, name: str, begin: Endpoint, end: Endpoint, space: Bounds
 ) -> tuple[World, Body, Floats]:
     """The world with a bundled body at the start; the point stays in the plane if it can."""
     asked = begin.is_planar or end.is_planar or space[0].size == 2
@@ -137,14 +159,17 @@ def _attached(
     target = end.position(float(centre[2]))
     level = abs(float(centre[2] - target[2])) <= _SAME_HEIGHT
     if name == "point" and (asked or level):
-        world, moving = _with_body(file, name, centre, planar=True)
+        world, moving = _with_body(file, pieces, name, centre, planar=True)
         if asked or is_planar_world(world.model, world.data, moving, space):
             return world, moving, centre
-    return *_with_body(file, name, centre, planar=False), centre
+    return *_with_body(file, pieces, name, centre, planar=False), centre
 
 
-def _with_body(file: Path, name: str, centre: Floats, *, planar: bool) -> tuple[World, Body]:
+def _with_body(
+    file: Path, pieces: Decomposition, name: str, centre: Floats, *, planar: bool
+) -> tuple[World, Body]:
     spec = read_spec(file)
+    pieces.put_into(spec)
     root = attach_body(spec, name, centre, planar=planar)
     world = written_world(spec, file)
     return world, read_body(world.model, world.data, root)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -69,6 +70,7 @@ def collect_metrics(
         "leaves": len(space),
         "faces": len(space.graph),
         "obstacles": len(scene.obstacles),
+        "decomposed_meshes": [asdict(report) for report in scene.pieces],
         "dimension": scene.n,
         "plan_status": plan.status.name.lower(),
         "plan_verified": verification.ok,
