@@ -23,6 +23,8 @@ from hzmp_sim.scene.bodies import (
 from hzmp_sim.scene.constants import BOX_MITRE, DEFAULT_CLEARANCE, MIN_TOLERANCE
 from hzmp_sim.scene.decomposition import ConvexDecomposition, Decomposition, decompose_meshes
 from hzmp_sim.scene.geoms import geom_name
+from hzmp_sim.scene.mesh_size import refuse_enormous
+from hzmp_sim.scene.meshes import hull_note, mesh_warnings, read_meshes
 from hzmp_sim.scene.mjcf import World, compile_spec, find_world, read_spec, written_world
 from hzmp_sim.scene.obstacles import Obstacles, is_planar_world, read_obstacles
 from hzmp_sim.scene.placement import (
@@ -73,6 +75,7 @@ def load_scene(
     keep = _positive("clearance", DEFAULT_CLEARANCE if clearance is None else clearance, zero=True)
     file = find_world(path)
     spec = read_spec(file)
+    refuse_enormous(spec, file)
     model, data = compile_spec(spec, file)
     name = choose_body(model, body)
     space, warnings = read_workspace(model, data, workspace)
@@ -108,6 +111,7 @@ def load_scene(
     obstacles = read_obstacles(world.model, world.data, moving, bounds, keep, tight)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         _check_free(world.model, obstacles, label, point, moving.radius + keep)
+    meshes = read_meshes(world.model, obstacles.geoms)
     return Scene(
         path=file,
         model=world.model,
@@ -126,8 +130,12 @@ def load_scene(
         obstacle_geoms=obstacles.geoms,
         body_geoms=moving.geoms,
         geoms=pieces.explained(obstacles.reports, world.model),
+        meshes=meshes,
         pieces=pieces.reports,
-        warnings=warnings + world.warnings + obstacles.warnings + pieces.warnings,
+        warnings=(
+            *(warnings + world.warnings + obstacles.warnings + pieces.warnings),
+            *mesh_warnings(meshes),
+        ),
         initial_qpos=frozen(qpos_at(world.model, world.data, moving, centre)),
         reading_time=time.perf_counter() - began,
     )
@@ -209,16 +217,17 @@ def _centre_bounds(space: Bounds, body: Body, n: int) -> Bounds:
 def _check_free(
     model: mujoco.MjModel, obstacles: Obstacles, label: str, point: Floats, grow: float
 ) -> None:
-    worst, name = 1e-9, ""
+    worst, name, why = 1e-9, "", ""
     for polytope, geom in zip(obstacles.polytopes, obstacles.geoms, strict=True):
         depth = -float(polytope.violation(point)[0])
         if depth > worst:
-            worst, name = depth, geom_name(model, geom)
+            worst, name, why = depth, geom_name(model, geom), hull_note(model, geom)
     if name:
         where = ", ".join(f"{value:.4g}" for value in point)
         raise QueryError(
             f"{label} ({where}) is {worst:.3g} m inside obstacle {name} (grown by body radius + "
             f"clearance = {grow:.3g} m); move it at least that far out, or lower the clearance"
+            + (f"; {why}" if why else "")
         )
 
 

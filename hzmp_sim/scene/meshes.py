@@ -110,7 +110,7 @@ def mesh_warnings(reports: Sequence[MeshReport]) -> tuple[str, ...]:
         names = [report.name for report in reports if flaw in report.flaws]
         if names:
             found.append(
-                f"meshes that are {flaw}: {_listed(names)}; {means}, and MuJoCo collides with "
+                f"meshes that are {flaw}: {listed(names)}; {means}, and MuJoCo collides with "
                 "their convex hulls, which hold them all the same"
             )
     dented = [report for report in reports if not report.convex]
@@ -118,7 +118,7 @@ def mesh_warnings(reports: Sequence[MeshReport]) -> tuple[str, ...]:
         names = [f"{report.name!r} ({report.loss})" for report in dented]
         found.append(
             f"treated as convex hulls, as MuJoCo does: {'mesh' if len(dented) == 1 else 'meshes'} "
-            f"{_listed(names)}; --convex-decomposition cuts them into convex pieces"
+            f"{listed(names)}; --convex-decomposition cuts them into convex pieces"
         )
     return tuple(found)
 
@@ -175,6 +175,7 @@ def _volume(surface: trimesh.Trimesh) -> float:
         return float(surface.volume)
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """The first few names, and how many more there are."""
     more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
     return ", ".join(names[:_NAMED]) + more
