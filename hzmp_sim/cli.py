@@ -150,16 +150,20 @@ def plan(
     """
     from hzmp_planners import planning
     from hzmp_sim.console import plan_as_dict, plan_summary
+    from hzmp_sim.scene.blame import blocking_hulls
 
     loaded = world.load(scene)
+    space = loaded.free_space()
     found = planning.plan(
-        loaded.free_space(), loaded.start, loaded.goal, time_limit=time_limit, gap=gap, seed=seed
+        space, loaded.start, loaded.goal, time_limit=time_limit, gap=gap, seed=seed
     )
     report = planning.verify(found)
+    closed = found.status is PlanStatus.INFEASIBLE
+    blame = blocking_hulls(loaded, space) if closed else ""
     if as_json:
-        print(json.dumps(plan_as_dict(found, report), indent=2, allow_nan=False))
+        print(json.dumps(plan_as_dict(found, report, blame), indent=2, allow_nan=False))
     else:
-        print(plan_summary(found, report))
+        print(plan_summary(found, report, blame))
     if not report.ok:
         return UNVERIFIED
     return {PlanStatus.INFEASIBLE: 3, PlanStatus.TIME_LIMIT: 4}.get(found.status, 0)

@@ -74,9 +74,11 @@ def plan_line(plan: Plan) -> str:
     )
 
 
-def plan_summary(plan: Plan, report: Verification) -> str:
-    """A plan, its waypoints, and the result of its verification."""
+def plan_summary(plan: Plan, report: Verification, blame: str) -> str:
+    """A plan, what blocks the way if that is known, its waypoints, and its verification."""
     lines = [plan_line(plan)]
+    if blame:
+        lines.append(f"blocked   {blame}")
     points = ["(" + ", ".join(f"{x:.4f}" for x in point) + ")" for point in plan.waypoints.tolist()]
     if points:
         lines.append("waypoints " + "\n          ".join(points))
@@ -84,11 +86,12 @@ def plan_summary(plan: Plan, report: Verification) -> str:
     return "\n".join(lines)
 
 
-def plan_as_dict(plan: Plan, report: Verification) -> dict[str, Any]:
+def plan_as_dict(plan: Plan, report: Verification, blame: str) -> dict[str, Any]:
     """A plan as JSON-ready values; null for what is not a finite number."""
     return {
         "status": plan.status.name.lower(),
         "reason": plan.status.value,
+        "blocked_by": blame or None,
         "start": plan.start.tolist(),
         "goal": plan.goal.tolist(),
         "waypoints": plan.waypoints.tolist(),

@@ -45,7 +45,8 @@ def collect_metrics(
 ) -> dict[str, Any]:
     """The metrics of a run; what a run without flight does not have is None.
 
-    `notes` are what MuJoCo warned of in flight, such as an unstable simulation.
+    `notes` are what MuJoCo warned of in flight, such as an unstable simulation, or what may be
+    done about a way that is blocked.
     """
     error = None if log is None else log.tracking_error
     found = math.isfinite(plan.cost)
