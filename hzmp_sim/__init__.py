@@ -29,6 +29,8 @@ from hzmp_sim.scene import ConvexDecomposition as ConvexDecomposition
 from hzmp_sim.scene import Scene as Scene
 from hzmp_sim.scene import load_scene as load_scene
 from hzmp_sim.settings import RunSettings as RunSettings
+from hzmp_sim.simulation import Audit as Audit
+from hzmp_sim.simulation import audit as audit
 from hzmp_sim.simulation import simulate as simulate
 from hzmp_tracking import Limits as Limits
 from hzmp_tracking import Trajectory as Trajectory
@@ -38,6 +40,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Activity",
+    "Audit",
     "ConstrainedConvexGenerator",
     "ConstrainedZonotope",
     "Contact",
@@ -65,6 +68,7 @@ __all__ = [
     "Trajectory",
     "Zonotope",
     "__version__",
+    "audit",
     "contact",
     "load_scene",
     "plan",

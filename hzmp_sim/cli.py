@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 UNVERIFIED = 1  # a plan whose evidence does not hold: a defect, never an outcome
 BAD_INPUT = 2
+NOT_CLEAR = 5
 INTERRUPTED = 130
 
 app = App(
@@ -213,6 +214,36 @@ def inspect(
     else:
         print_scene(loaded, space, {"picture": picture, "recording": rrd})
     return 0
+
+
+@app.command
+def audit(
+    run_dir: Path,
+    /,
+    *,
+    as_json: Annotated[Switch, Parameter(name="--json")] = False,
+) -> int:
+    """Measure the clearance of a run to every obstacle again, by MuJoCo's distances.
+
+    Exit code 0 if it holds and planner and MuJoCo agree, else 5.
+
+    Args:
+        run_dir: directory that `hzmp-sim run` wrote.
+        as_json: print one JSON object.
+    """
+    from hzmp_sim.audit_table import audit_as_dict, print_audit
+    from hzmp_sim.progress import busy
+    from hzmp_sim.simulation.path_audit import audit_motion
+    from hzmp_sim.simulation.recorded import read_run
+
+    scene, motion = read_run(run_dir)
+    with busy("Measuring distances"):
+        found = audit_motion(scene, motion)
+    if as_json:
+        print(json.dumps(audit_as_dict(found), indent=2, allow_nan=False))
+    else:
+        print_audit(found)
+    return 0 if found.holds and found.agrees else NOT_CLEAR
 
 
 _arguments: list[str] = []

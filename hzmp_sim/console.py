@@ -96,12 +96,12 @@ def plan_as_dict(plan: Plan, report: Verification, blame: str) -> dict[str, Any]
         "goal": plan.goal.tolist(),
         "waypoints": plan.waypoints.tolist(),
         "leaves": plan.leaves.tolist(),
-        "cost_m": _finite(plan.cost),
-        "lower_bound_m": _finite(plan.lower_bound),
-        "gap": _finite(plan.gap),
-        "history": [[_finite(value) for value in row] for row in plan.history],
+        "cost_m": finite(plan.cost),
+        "lower_bound_m": finite(plan.lower_bound),
+        "gap": finite(plan.gap),
+        "history": [[finite(value) for value in row] for row in plan.history],
         "verified": report.ok,
-        "residuals_m": {name: _finite(value) for name, value in report.residuals.items()},
+        "residuals_m": {name: finite(value) for name, value in report.residuals.items()},
     }
 
 
@@ -141,9 +141,8 @@ def scene_as_dict(scene: Scene, space: FreeSpace) -> dict[str, Any]:
 def print_scene(scene: Scene, space: FreeSpace, files: Mapping[str, Path | None]) -> None:
     """How a world was read, as a table of geoms and a few lines; then the files written."""
     facts = scene_as_dict(scene, space)
-    terminal = Console().is_terminal
-    console = Console(highlight=False, width=None if terminal else _PIPED_WIDTH)
-    table = Table("geom", "type", "role", "facets", "error [mm]", "reason", box=None)
+    console = wide_console()
+    table = Table("geom", "type", "role", "facets", r"error \[mm]", "reason", box=None)
     for geom in facts["geoms"]:
         shown = geom["role"] == "obstacle"
         table.add_row(
@@ -170,5 +169,12 @@ def print_scene(scene: Scene, space: FreeSpace, files: Mapping[str, Path | None]
     )
 
 
-def _finite(value: float) -> float | None:
+def wide_console() -> Console:
+    """A console on stdout that leaves tables room when they are piped."""
+    terminal = Console().is_terminal
+    return Console(highlight=False, width=None if terminal else _PIPED_WIDTH)
+
+
+def finite(value: float) -> float | None:
+    """The number, or None for what JSON has no form for."""
     return value if math.isfinite(value) else None

@@ -73,6 +73,13 @@ def collect_metrics(
         "obstacles": len(scene.obstacles),
         "decomposed_meshes": [asdict(report) for report in scene.pieces],
         "dimension": scene.n,
+        "query": {
+            "start": scene.start.tolist(),
+            "goal": scene.goal.tolist(),
+            "workspace": [corner.tolist() for corner in scene.workspace],
+            "clearance": scene.clearance,
+            "tolerance": scene.tolerance,
+        },
         "plan_status": plan.status.name.lower(),
         "plan_verified": verification.ok,
         "plan_residual_m": max(verification.residuals.values()),
