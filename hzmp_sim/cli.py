@@ -181,7 +181,7 @@ def inspect(
     rrd: Path | None = None,
     as_json: Annotated[Switch, Parameter(name="--json")] = False,
 ) -> int:
-    """Show how a world is read: geoms, obstacles, leaves, faces, warnings.
+    """Show how a world is read: geoms, obstacles, leaves, faces, the widest body, warnings.
 
     Args:
         scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
@@ -194,11 +194,14 @@ def inspect(
     """
     from hzmp_sim.console import print_scene, scene_as_dict
     from hzmp_sim.progress import busy
+    from hzmp_sim.scene.passage import widest_body
 
     if explode and picture is None:
         raise QueryError("--explode is for the picture: name one with --picture FILE.png")
     loaded = world.load(scene)
     space = loaded.free_space()
+    with busy("Looking for the widest body that gets through"):
+        passage = widest_body(loaded, space)
     if picture is not None:
         from hzmp_sim.output.leaf_figure import write_leaf_picture
 
@@ -210,9 +213,9 @@ def inspect(
         with busy("Writing the recording"):
             write_space(loaded, space, rrd)
     if as_json:
-        print(json.dumps(scene_as_dict(loaded, space), indent=2, allow_nan=False))
+        print(json.dumps(scene_as_dict(loaded, space, passage), indent=2, allow_nan=False))
     else:
-        print_scene(loaded, space, {"picture": picture, "recording": rrd})
+        print_scene(loaded, space, passage, {"picture": picture, "recording": rrd})
     return 0
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan, PlanStatus, Verification
 from hzmp_sim.run import Run
 from hzmp_sim.scene import Scene
+from hzmp_sim.scene.passage import Passage
 
 _PIPED_WIDTH = 140  # columns of a table that no terminal sizes
 
@@ -105,7 +107,7 @@ def plan_as_dict(plan: Plan, report: Verification, blame: str) -> dict[str, Any]
     }
 
 
-def scene_as_dict(scene: Scene, space: FreeSpace) -> dict[str, Any]:
+def scene_as_dict(scene: Scene, space: FreeSpace, passage: Passage) -> dict[str, Any]:
     """How a world was read, as JSON-ready values."""
     return {
         "path": str(scene.path),
@@ -123,7 +125,14 @@ def scene_as_dict(scene: Scene, space: FreeSpace) -> dict[str, Any]:
         "faces": len(space.graph),
         "components": int(space.graph.components.max(initial=-1)) + 1,
         "free_volume": space.volume,
+        "widest_body": {
+            "radius_m": None if passage.passes is None else scene.radius + passage.passes,
+            "extra_radius_m": passage.passes,
+            "blocked_from_extra_radius_m": passage.blocked,
+        },
         "warnings": list(scene.warnings),
+        "meshes": [asdict(mesh) for mesh in scene.meshes],
+        "decomposed_meshes": [asdict(report) for report in scene.pieces],
         "geoms": [
             {
                 "name": geom.name,
@@ -138,9 +147,11 @@ def scene_as_dict(scene: Scene, space: FreeSpace) -> dict[str, Any]:
     }
 
 
-def print_scene(scene: Scene, space: FreeSpace, files: Mapping[str, Path | None]) -> None:
+def print_scene(
+    scene: Scene, space: FreeSpace, passage: Passage, files: Mapping[str, Path | None]
+) -> None:
     """How a world was read, as a table of geoms and a few lines; then the files written."""
-    facts = scene_as_dict(scene, space)
+    facts = scene_as_dict(scene, space, passage)
     console = wide_console()
     table = Table("geom", "type", "role", "facets", r"error \[mm]", "reason", box=None)
     for geom in facts["geoms"]:
@@ -162,10 +173,22 @@ def print_scene(scene: Scene, space: FreeSpace, files: Mapping[str, Path | None]
         f"space     {facts['obstacles']} obstacles -> {facts['leaves']} leaves, "
         f"{facts['faces']} shared faces, {facts['components']} components, "
         f"{facts['free_volume']:.4g} m^{scene.n} free",
+        f"passage   {passage_line(scene, passage)}",
         *(f"{kind:<9} {path}" for kind, path in files.items() if path is not None),
         sep="\n",
         markup=False,
         soft_wrap=True,
+    )
+
+
+def passage_line(scene: Scene, passage: Passage) -> str:
+    """What is proved of wider bodies, at the same clearance."""
+    if passage.passes is None:
+        return "start and goal are not connected for this body"
+    through, blocked = scene.radius + passage.passes, scene.radius + passage.blocked
+    return (
+        f"a body of radius {1e3 * through:.1f} mm ({1e3 * passage.passes:+.1f} mm) still gets from "
+        f"start to goal, one of {1e3 * blocked:.1f} mm does not"
     )
 
 

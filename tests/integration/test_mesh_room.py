@@ -110,3 +110,22 @@ def test_room_is_flown_into(tmp_path: Path) -> None:
     again = hz.load_scene(tmp_path / "scene.xml")
     assert again.warnings == ()
     assert len(again.obstacles) == m["obstacles"]
+
+
+def test_inspect_lists_meshes_pieces_and_the_widest_body(
+    wall: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command("inspect", str(wall), "--json") == 0
+    whole = json.loads(capsys.readouterr().out)
+    assert (whole["meshes"][0]["name"], whole["meshes"][0]["convex"]) == ("wall", False)
+    assert any("mesh 'wall' (hull 2 m^3, mesh 1.72 m^3)" in text for text in whole["warnings"])
+    assert whole["widest_body"]["radius_m"] is None
+    assert command("inspect", str(wall), "--json", "--convex-decomposition") == 0
+    cut = json.loads(capsys.readouterr().out)
+    assert cut["decomposed_meshes"][0]["mesh"]["name"] == "wall"
+    # The doorway is 1 m wide, with 0.05 m of clearance on both sides; pieces grow by a millimetre.
+    assert 0.447 <= cut["widest_body"]["radius_m"] <= 0.45
+    assert command("inspect", str(wall)) == 0
+    out = capsys.readouterr().out
+    assert "error [mm]" in out
+    assert "start and goal are not connected for this body" in out
