@@ -31,9 +31,12 @@ from hzmp_planners.sets import Zonotope as Zonotope
 from hzmp_planners.sets import contact as contact
 from hzmp_sim.run import FlightLog as FlightLog
 from hzmp_sim.run import Run as Run
+from hzmp_sim.scene import ConvexDecomposition as ConvexDecomposition
 from hzmp_sim.scene import Scene as Scene
 from hzmp_sim.scene import load_scene as load_scene
 from hzmp_sim.settings import RunSettings as RunSettings
+from hzmp_sim.simulation import Audit as Audit
+from hzmp_sim.simulation import audit as audit
 from hzmp_sim.simulation import simulate as simulate
 from hzmp_tracking import Limits as Limits
 from hzmp_tracking import Trajectory as Trajectory
@@ -43,11 +46,13 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Activity",
+    "Audit",
     "Choice",
     "ConstrainedConvexGenerator",
     "ConstrainedZonotope",
     "Contact",
     "ContactKind",
+    "ConvexDecomposition",
     "Ellipsotope",
     "FlightLog",
     "FreeSpace",
@@ -72,6 +77,7 @@ __all__ = [
     "Trajectory",
     "Zonotope",
     "__version__",
+    "audit",
     "contact",
     "load_scene",
     "plan",

@@ -17,6 +17,7 @@ from hzmp_planners.errors import HzmpError, QueryError
 from hzmp_planners.planning import PlanStatus
 from hzmp_sim import __version__
 from hzmp_sim.bench.commands import bench
+from hzmp_sim.scene.decomposition.settings import ConvexDecomposition
 from hzmp_sim.settings import RunSettings
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 UNVERIFIED = 1  # a plan whose evidence does not hold: a defect, never an outcome
 BAD_INPUT = 2
+NOT_CLEAR = 5
 INTERRUPTED = 130
 
 app = App(
@@ -38,6 +40,8 @@ app.command(bench)
 Coordinates = Annotated[tuple[float, ...] | None, Parameter(consume_multiple=True, negative=())]
 Switch = Annotated[bool, Parameter(negative=())]
 
+_DEFAULT_COACD = ConvexDecomposition()
+
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +55,8 @@ class World:
         workspace: box that bounds the whole body, lower then upper corner [m].
         clearance: distance to keep from every obstacle [m]; default 0.05.
         tolerance: how much larger than exact an obstacle may be [m].
+        convex_decomposition: cut non-convex meshes into convex pieces; else they are their hulls.
+        coacd: how to cut them.
     """
 
     body: str | None = None
@@ -59,18 +65,31 @@ class World:
     workspace: Coordinates = None
     clearance: float | None = None
     tolerance: float | None = None
+    convex_decomposition: Switch = False
+    coacd: ConvexDecomposition = _DEFAULT_COACD
 
     def load(self, path: str) -> Scene:
-        """The scene, its warnings printed to stderr."""
+        """The scene; its warnings, and what became of its meshes, are printed to stderr."""
         from hzmp_sim.scene import load_scene
 
         corners: tuple[list[float], list[float]] | None = None
         if self.workspace is not None:
             half = len(self.workspace) // 2
             corners = list(self.workspace[:half]), list(self.workspace[half:])
+        if self.coacd != _DEFAULT_COACD and not self.convex_decomposition:
+            raise QueryError("--coacd.* says how to cut meshes: give --convex-decomposition, too")
         scene = load_scene(
-            path, self.body, self.start, self.goal, corners, self.clearance, self.tolerance
+            path,
+            self.body,
+            self.start,
+            self.goal,
+            corners,
+            self.clearance,
+            self.tolerance,
+            self.coacd if self.convex_decomposition else False,
         )
+        for report in scene.pieces:
+            print(f"hzmp-sim: {report.describe()}", file=sys.stderr)
         for warning in scene.warnings:
             print(f"hzmp-sim: warning: {warning}", file=sys.stderr)
         return scene
@@ -91,7 +110,8 @@ def run(
     """Plan, fly and record a run.
 
     Args:
-        scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
+        scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
+            narrow_passage).
         world: body, start, goal.
         out: run directory; default: runs/WORLD-BODY.
         settings: how to plan, fly and record.
@@ -121,7 +141,8 @@ def plan(
     """Plan a path with its lower bound, and check both with independent code.
 
     Args:
-        scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
+        scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
+            narrow_passage).
         world: body, start, goal.
         time_limit: time the planner may take [s].
         gap: optimality gap at which the planner stops.
@@ -130,16 +151,20 @@ def plan(
     """
     from hzmp_planners import planning
     from hzmp_sim.console import plan_as_dict, plan_summary
+    from hzmp_sim.scene.blame import blocking_hulls
 
     loaded = world.load(scene)
+    space = loaded.free_space()
     found = planning.plan(
-        loaded.free_space(), loaded.start, loaded.goal, time_limit=time_limit, gap=gap, seed=seed
+        space, loaded.start, loaded.goal, time_limit=time_limit, gap=gap, seed=seed
     )
     report = planning.verify(found)
+    closed = found.status is PlanStatus.INFEASIBLE
+    blame = blocking_hulls(loaded, space) if closed else ""
     if as_json:
-        print(json.dumps(plan_as_dict(found, report), indent=2, allow_nan=False))
+        print(json.dumps(plan_as_dict(found, report, blame), indent=2, allow_nan=False))
     else:
-        print(plan_summary(found, report))
+        print(plan_summary(found, report, blame))
     if not report.ok:
         return UNVERIFIED
     return {PlanStatus.INFEASIBLE: 3, PlanStatus.TIME_LIMIT: 4}.get(found.status, 0)
@@ -156,10 +181,11 @@ def inspect(
     rrd: Path | None = None,
     as_json: Annotated[Switch, Parameter(name="--json")] = False,
 ) -> int:
-    """Show how a world is read: geoms, obstacles, leaves, faces, warnings.
+    """Show how a world is read: geoms, obstacles, leaves, faces, the widest body, warnings.
 
     Args:
-        scene: MJCF file, or the name of a bundled world (enclosure, maze, narrow_passage).
+        scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
+            narrow_passage).
         world: body, start, goal.
         picture: write a picture of the leaves to this file (.png, .svg, .pdf).
         explode: how far the leaves of the picture are apart; 0.2 shows what is between them.
@@ -168,11 +194,14 @@ def inspect(
     """
     from hzmp_sim.console import print_scene, scene_as_dict
     from hzmp_sim.progress import busy
+    from hzmp_sim.scene.passage import widest_body
 
     if explode and picture is None:
         raise QueryError("--explode is for the picture: name one with --picture FILE.png")
     loaded = world.load(scene)
     space = loaded.free_space()
+    with busy("Looking for the widest body that gets through"):
+        passage = widest_body(loaded, space)
     if picture is not None:
         from hzmp_sim.output.leaf_figure import write_leaf_picture
 
@@ -184,10 +213,40 @@ def inspect(
         with busy("Writing the recording"):
             write_space(loaded, space, rrd)
     if as_json:
-        print(json.dumps(scene_as_dict(loaded, space), indent=2, allow_nan=False))
+        print(json.dumps(scene_as_dict(loaded, space, passage), indent=2, allow_nan=False))
     else:
-        print_scene(loaded, space, {"picture": picture, "recording": rrd})
+        print_scene(loaded, space, passage, {"picture": picture, "recording": rrd})
     return 0
+
+
+@app.command
+def audit(
+    run_dir: Path,
+    /,
+    *,
+    as_json: Annotated[Switch, Parameter(name="--json")] = False,
+) -> int:
+    """Measure the clearance of a run to every obstacle again, by MuJoCo's distances.
+
+    Exit code 0 if it holds and planner and MuJoCo agree, else 5.
+
+    Args:
+        run_dir: directory that `hzmp-sim run` wrote.
+        as_json: print one JSON object.
+    """
+    from hzmp_sim.audit_table import audit_as_dict, print_audit
+    from hzmp_sim.progress import busy
+    from hzmp_sim.simulation.path_audit import audit_motion
+    from hzmp_sim.simulation.recorded import read_run
+
+    scene, motion = read_run(run_dir)
+    with busy("Measuring distances"):
+        found = audit_motion(scene, motion)
+    if as_json:
+        print(json.dumps(audit_as_dict(found), indent=2, allow_nan=False))
+    else:
+        print_audit(found)
+    return 0 if found.holds and found.agrees else NOT_CLEAR
 
 
 _arguments: list[str] = []

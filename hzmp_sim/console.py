@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
+from hzmp_planners._arrays import finite
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan, PlanStatus, Verification
 from hzmp_sim.run import Run
 from hzmp_sim.scene import Scene
+from hzmp_sim.scene.passage import Passage
 
 _PIPED_WIDTH = 140  # columns of a table that no terminal sizes
 
@@ -74,9 +77,11 @@ def plan_line(plan: Plan) -> str:
     )
 
 
-def plan_summary(plan: Plan, report: Verification) -> str:
-    """A plan, its waypoints, and the result of its verification."""
+def plan_summary(plan: Plan, report: Verification, blame: str) -> str:
+    """A plan, what blocks the way if that is known, its waypoints, and its verification."""
     lines = [plan_line(plan)]
+    if blame:
+        lines.append(f"blocked   {blame}")
     points = ["(" + ", ".join(f"{x:.4f}" for x in point) + ")" for point in plan.waypoints.tolist()]
     if points:
         lines.append("waypoints " + "\n          ".join(points))
@@ -84,15 +89,16 @@ def plan_summary(plan: Plan, report: Verification) -> str:
     return "\n".join(lines)
 
 
-def plan_as_dict(plan: Plan, report: Verification) -> dict[str, Any]:
+def plan_as_dict(plan: Plan, report: Verification, blame: str) -> dict[str, Any]:
     """A plan as JSON-ready values; null for what is not a finite number."""
     return plan.as_dict() | {
+        "blocked_by": blame or None,
         "verified": report.ok,
-        "residuals_m": {name: _finite(value) for name, value in report.residuals.items()},
+        "residuals_m": {name: finite(value) for name, value in report.residuals.items()},
     }
 
 
-def scene_as_dict(scene: Scene, space: FreeSpace) -> dict[str, Any]:
+def scene_as_dict(scene: Scene, space: FreeSpace, passage: Passage) -> dict[str, Any]:
     """How a world was read, as JSON-ready values."""
     return {
         "path": str(scene.path),
@@ -110,7 +116,14 @@ def scene_as_dict(scene: Scene, space: FreeSpace) -> dict[str, Any]:
         "faces": len(space.graph),
         "components": int(space.graph.components.max(initial=-1)) + 1,
         "free_volume": space.volume,
+        "widest_body": {
+            "radius_m": None if passage.passes is None else scene.radius + passage.passes,
+            "extra_radius_m": passage.passes,
+            "blocked_from_extra_radius_m": passage.blocked,
+        },
         "warnings": list(scene.warnings),
+        "meshes": [asdict(mesh) for mesh in scene.meshes],
+        "decomposed_meshes": [asdict(report) for report in scene.pieces],
         "geoms": [
             {
                 "name": geom.name,
@@ -125,12 +138,13 @@ def scene_as_dict(scene: Scene, space: FreeSpace) -> dict[str, Any]:
     }
 
 
-def print_scene(scene: Scene, space: FreeSpace, files: Mapping[str, Path | None]) -> None:
+def print_scene(
+    scene: Scene, space: FreeSpace, passage: Passage, files: Mapping[str, Path | None]
+) -> None:
     """How a world was read, as a table of geoms and a few lines; then the files written."""
-    facts = scene_as_dict(scene, space)
-    terminal = Console().is_terminal
-    console = Console(highlight=False, width=None if terminal else _PIPED_WIDTH)
-    table = Table("geom", "type", "role", "facets", "error [mm]", "reason", box=None)
+    facts = scene_as_dict(scene, space, passage)
+    console = wide_console()
+    table = Table("geom", "type", "role", "facets", r"error \[mm]", "reason", box=None)
     for geom in facts["geoms"]:
         shown = geom["role"] == "obstacle"
         table.add_row(
@@ -150,6 +164,7 @@ def print_scene(scene: Scene, space: FreeSpace, files: Mapping[str, Path | None]
         f"space     {facts['obstacles']} obstacles -> {facts['leaves']} leaves, "
         f"{facts['faces']} shared faces, {facts['components']} components, "
         f"{facts['free_volume']:.4g} m^{scene.n} free",
+        f"passage   {passage_line(scene, passage)}",
         *(f"{kind:<9} {path}" for kind, path in files.items() if path is not None),
         sep="\n",
         markup=False,
@@ -157,5 +172,18 @@ def print_scene(scene: Scene, space: FreeSpace, files: Mapping[str, Path | None]
     )
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def passage_line(scene: Scene, passage: Passage) -> str:
+    """What is proved of wider bodies, at the same clearance."""
+    if passage.passes is None:
+        return "start and goal are not connected for this body"
+    through, blocked = scene.radius + passage.passes, scene.radius + passage.blocked
+    return (
+        f"a body of radius {1e3 * through:.1f} mm ({1e3 * passage.passes:+.1f} mm) still gets from "
+        f"start to goal, one of {1e3 * blocked:.1f} mm does not"
+    )
+
+
+def wide_console() -> Console:
+    """A console on stdout that leaves tables room when they are piped."""
+    terminal = Console().is_terminal
+    return Console(highlight=False, width=None if terminal else _PIPED_WIDTH)

@@ -60,6 +60,7 @@ def write_report(
     page = environment.get_template("report.html.j2").render(
         title=run.scene.path.parent.name or run.scene.path.stem,
         scene=run.scene,
+        warnings=run.metrics.get("warnings", run.scene.warnings),
         verdict=verdict(run),
         headline=headline_figures(run),
         claims=claims(run),

@@ -15,12 +15,16 @@ from hzmp_sim.scene.bodies import (
     Body,
     attach_body,
     choose_body,
+    descends,
     is_bundled,
     qpos_at,
     read_body,
 )
 from hzmp_sim.scene.constants import BOX_MITRE, DEFAULT_CLEARANCE, MIN_TOLERANCE
+from hzmp_sim.scene.decomposition import ConvexDecomposition, Decomposition, decompose_meshes
 from hzmp_sim.scene.geoms import geom_name
+from hzmp_sim.scene.mesh_size import refuse_enormous
+from hzmp_sim.scene.meshes import hull_note, mesh_warnings, read_meshes
 from hzmp_sim.scene.mjcf import World, compile_spec, find_world, read_spec, written_world
 from hzmp_sim.scene.obstacles import Obstacles, is_planar_world, read_obstacles
 from hzmp_sim.scene.placement import (
@@ -43,6 +47,7 @@ def load_scene(
     workspace: tuple[ArrayLike, ArrayLike] | None = None,
     clearance: float | None = None,
     tolerance: float | None = None,
+    convex_decomposition: bool | ConvexDecomposition = False,
 ) -> Scene:
     """Read a MuJoCo world as a planning scene.
 
@@ -58,6 +63,8 @@ def load_scene(
         clearance: distance to keep from every obstacle [m], >= 0; default 0.05.
         tolerance: how much larger than exact an obstacle may be [m], > 0; default such that a
             grown box keeps its six facets.
+        convex_decomposition: cut non-convex meshes that collide into convex pieces, for planner
+            and physics alike; True: by CoACD's usual settings. Otherwise a mesh is its hull.
 
     Raises:
         SceneError: the world cannot be read as a scene.
@@ -68,6 +75,7 @@ def load_scene(
     keep = _positive("clearance", DEFAULT_CLEARANCE if clearance is None else clearance, zero=True)
     file = find_world(path)
     spec = read_spec(file)
+    refuse_enormous(spec, file)
     model, data = compile_spec(spec, file)
     name = choose_body(model, body)
     space, warnings = read_workspace(model, data, workspace)
@@ -75,9 +83,11 @@ def load_scene(
         read_endpoint(model, data, label, given)
         for label, given in (("start", start), ("goal", goal))
     )
+    pieces = _pieces(model, spec, name, convex_decomposition)
     if is_bundled(model, name):
-        world, moving, centre = _attached(file, name, begin, end, space)
+        world, moving, centre = _attached(file, pieces, name, begin, end, space)
     else:
+        pieces.put_into(spec)
         world = written_world(spec, file)
         moving = read_body(world.model, world.data, name)
         centre = moving.centre
@@ -101,6 +111,7 @@ def load_scene(
     obstacles = read_obstacles(world.model, world.data, moving, bounds, keep, tight)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         _check_free(world.model, obstacles, label, point, moving.radius + keep)
+    meshes = read_meshes(world.model, obstacles.geoms)
     return Scene(
         path=file,
         model=world.model,
@@ -118,15 +129,34 @@ def load_scene(
         obstacles=obstacles.polytopes,
         obstacle_geoms=obstacles.geoms,
         body_geoms=moving.geoms,
-        geoms=obstacles.reports,
-        warnings=warnings + world.warnings + obstacles.warnings,
+        geoms=pieces.explained(obstacles.reports, world.model),
+        meshes=meshes,
+        pieces=pieces.reports,
+        warnings=(
+            *(warnings + world.warnings + obstacles.warnings + pieces.warnings),
+            *mesh_warnings(meshes),
+        ),
         initial_qpos=frozen(qpos_at(world.model, world.data, moving, centre)),
         reading_time=time.perf_counter() - began,
     )
 
 
+def _pieces(
+    model: mujoco.MjModel, spec: mujoco.MjSpec, body: str, asked: bool | ConvexDecomposition
+) -> Decomposition:
+    """The convex pieces of the world's meshes as far as asked, those of the body left alone."""
+    if not asked:
+        return Decomposition()
+    spared: list[int] = []
+    if not is_bundled(model, body):
+        root = model.body(body).id
+        spared = [g for g in range(model.ngeom) if descends(model, model.geom_bodyid[g], root)]
+    settings = ConvexDecomposition() if asked is True else asked
+    return decompose_meshes(model, spec, settings, spared)
+
+
 def _attached(
-    file: Path, name: str, begin: Endpoint, end: Endpoint, space: Bounds
+    file: Path, pieces: Decomposition, name: str, begin: Endpoint, end: Endpoint, space: Bounds
 ) -> tuple[World, Body, Floats]:
     """The world with a bundled body at the start; the point stays in the plane if it can."""
     asked = begin.is_planar or end.is_planar or space[0].size == 2
@@ -137,14 +167,17 @@ def _attached(
     target = end.position(float(centre[2]))
     level = abs(float(centre[2] - target[2])) <= _SAME_HEIGHT
     if name == "point" and (asked or level):
-        world, moving = _with_body(file, name, centre, planar=True)
+        world, moving = _with_body(file, pieces, name, centre, planar=True)
         if asked or is_planar_world(world.model, world.data, moving, space):
             return world, moving, centre
-    return *_with_body(file, name, centre, planar=False), centre
+    return *_with_body(file, pieces, name, centre, planar=False), centre
 
 
-def _with_body(file: Path, name: str, centre: Floats, *, planar: bool) -> tuple[World, Body]:
+def _with_body(
+    file: Path, pieces: Decomposition, name: str, centre: Floats, *, planar: bool
+) -> tuple[World, Body]:
     spec = read_spec(file)
+    pieces.put_into(spec)
     root = attach_body(spec, name, centre, planar=planar)
     world = written_world(spec, file)
     return world, read_body(world.model, world.data, root)
@@ -184,16 +217,17 @@ def _centre_bounds(space: Bounds, body: Body, n: int) -> Bounds:
 def _check_free(
     model: mujoco.MjModel, obstacles: Obstacles, label: str, point: Floats, grow: float
 ) -> None:
-    worst, name = 1e-9, ""
+    worst, name, why = 1e-9, "", ""
     for polytope, geom in zip(obstacles.polytopes, obstacles.geoms, strict=True):
         depth = -float(polytope.violation(point)[0])
         if depth > worst:
-            worst, name = depth, geom_name(model, geom)
+            worst, name, why = depth, geom_name(model, geom), hull_note(model, geom)
     if name:
         where = ", ".join(f"{value:.4g}" for value in point)
         raise QueryError(
             f"{label} ({where}) is {worst:.3g} m inside obstacle {name} (grown by body radius + "
             f"clearance = {grow:.3g} m); move it at least that far out, or lower the clearance"
+            + (f"; {why}" if why else "")
         )
 
 

@@ -12,7 +12,9 @@ import numpy as np
 from hzmp_planners._arrays import Floats, as_points
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
+from hzmp_sim.scene.decomposition import PieceReport
 from hzmp_sim.scene.geoms import geom_name
+from hzmp_sim.scene.meshes import MeshReport
 
 Role = Literal["obstacle", "beside", "outside", "ignored", "body"]
 
@@ -79,6 +81,10 @@ class Scene:
     """Ids of the colliding geoms of the moving body."""
     geoms: tuple[GeomReport, ...]
     """One for each geom of the model, in the order of ids."""
+    meshes: tuple[MeshReport, ...]
+    """The meshes that are obstacles, as the hulls that MuJoCo collides."""
+    pieces: tuple[PieceReport, ...]
+    """The meshes that were cut into convex pieces."""
     warnings: tuple[str, ...]
     initial_qpos: Floats
     """State (nq,) in which the centre is at start."""

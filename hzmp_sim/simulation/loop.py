@@ -13,7 +13,7 @@ from hzmp_planners._arrays import Floats
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_sim.simulation.actuation import Actuation
-from hzmp_sim.simulation.audit import ContactAudit
+from hzmp_sim.simulation.contact_audit import ContactAudit
 from hzmp_tracking import Trajectory
 
 _AT_REST = 0.05  # [m/s] a body slower than this has settled

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -44,7 +45,8 @@ def collect_metrics(
 ) -> dict[str, Any]:
     """The metrics of a run; what a run without flight does not have is None.
 
-    `notes` are what MuJoCo warned of in flight, such as an unstable simulation.
+    `notes` are what MuJoCo warned of in flight, such as an unstable simulation, or what may be
+    done about a way that is blocked.
     """
     error = None if log is None else log.tracking_error
     found = math.isfinite(plan.cost)
@@ -69,7 +71,15 @@ def collect_metrics(
         "leaves": len(space),
         "faces": len(space.graph),
         "obstacles": len(scene.obstacles),
+        "decomposed_meshes": [asdict(report) for report in scene.pieces],
         "dimension": scene.n,
+        "query": {
+            "start": scene.start.tolist(),
+            "goal": scene.goal.tolist(),
+            "workspace": [corner.tolist() for corner in scene.workspace],
+            "clearance": scene.clearance,
+            "tolerance": scene.tolerance,
+        },
         "plan_status": plan.status.name.lower(),
         "plan_verified": verification.ok,
         "plan_residual_m": max(verification.residuals.values()),

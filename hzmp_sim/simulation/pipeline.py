@@ -8,12 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from hzmp_planners.planning import plan, verify
+from hzmp_planners.planning import PlanStatus, plan, verify
 from hzmp_sim.mujoco_warnings import mujoco_warnings
 from hzmp_sim.output.artifacts import check_directory
 from hzmp_sim.progress import busy, progress
 from hzmp_sim.run import Run
 from hzmp_sim.scene import Scene
+from hzmp_sim.scene.blame import blocking_hulls
 from hzmp_sim.settings import RunSettings
 from hzmp_sim.simulation.actuation import Actuation, actuation_for
 from hzmp_sim.simulation.loop import Flight, fly
@@ -69,6 +70,8 @@ def simulate(
     trajectory: Trajectory | None = None
     flight: Flight | None = None
     notes: list[str] = []
+    if path.status is PlanStatus.INFEASIBLE:
+        notes = [reason for reason in [blocking_hulls(scene, space)] if reason]
     if math.isfinite(path.cost):
         with _timed(timings, "time_parameterize"), busy("Timing the path"):
             trajectory = time_parameterize(

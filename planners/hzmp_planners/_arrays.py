@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,11 @@ def as_points(value: ArrayLike, name: str, n: int) -> Floats:
     if points.shape[1] != n:
         raise ShapeError(f"{name} must have {n} columns, got shape {points.shape}")
     return points
+
+
+def finite(value: float) -> float | None:
+    """The number, or None where JSON has none for it: inf and nan."""
+    return value if math.isfinite(value) else None
 
 
 def as_count(value: int, name: str) -> int:

@@ -120,6 +120,7 @@ class MjModel:
     opt: MjOption
     pair_geom1: _Ints
     pair_geom2: _Ints
+    pair_dim: _Ints  # (npair,)
     pair_margin: _Floats
     qpos0: _Floats  # (nq,)
     site_bodyid: _Ints
@@ -153,12 +154,15 @@ class MjSpec:
     meshdir: str
     meshes: Sequence[MjsMesh]
     option: MjOption
+    pairs: Sequence[MjsPair]
     sites: Sequence[MjsSite]
     stat: MjStatistic
     texturedir: str
     visual: MjVisual
     worldbody: MjsBody
     def __init__(self) -> None: ...
+    def add_mesh(self, **attributes: Any) -> MjsMesh: ...
+    def add_pair(self, **attributes: Any) -> MjsPair: ...
     @staticmethod
     def from_file(filename: str, assets: dict[str, bytes] | None = None) -> MjSpec: ...
     @staticmethod
@@ -217,12 +221,15 @@ class MjsFrame:
     def attach_body(self, body: MjsBody, prefix: str = "", suffix: str = "") -> MjsBody: ...
 
 class MjsGeom:
+    alt: MjsOrientation
     conaffinity: int
     contype: int
     gap: float
     group: int
+    id: int  # in the compiled model; -1 before
     margin: float
     material: str
+    meshname: str
     name: str
     parent: MjsBody
     pos: _Floats  # (3,)
@@ -254,6 +261,13 @@ class MjsNumeric:
     data: _Floats
     name: str
     size: int
+
+class MjsOrientation:
+    type: mjtOrientation
+
+class MjsPair:
+    geomname1: str
+    geomname2: str
 
 class MjsSite:
     name: str
@@ -423,6 +437,9 @@ class mjtObj(enum.IntEnum):
     mjOBJ_FLEX = 9
     mjOBJ_MESH = 10
     mjOBJ_NUMERIC = 21
+
+class mjtOrientation(enum.IntEnum):
+    mjORIENTATION_QUAT = ...
 
 class mjtRndFlag(enum.IntEnum):
     mjRND_REFLECTION = 2

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._arrays import Floats, Ints, finite
 from hzmp_planners.errors import QueryError
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.free_space.grow import grow_leaves
@@ -109,11 +109,11 @@ class Plan:
             "goal": self.goal.tolist(),
             "waypoints": self.waypoints.tolist(),
             "leaves": self.leaves.tolist(),
-            "cost_m": _finite(self.cost),
-            "lower_bound_m": _finite(self.lower_bound),
-            "gap": _finite(self.gap),
+            "cost_m": finite(self.cost),
+            "lower_bound_m": finite(self.lower_bound),
+            "gap": finite(self.gap),
             "asked_gap": self.asked_gap,
-            "history": [[_finite(value) for value in row] for row in self.history],
+            "history": [[finite(value) for value in row] for row in self.history],
         }
 
     def to_json(self, indent: int | None = None) -> str:
@@ -122,10 +122,6 @@ class Plan:
         History rows are time since the call [s], cost [m], lower bound [m].
         """
         return json.dumps(self.as_dict(), indent=indent, allow_nan=False)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def relative_gap(cost: float, bound: float) -> float:

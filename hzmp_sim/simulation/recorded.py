@@ -1,0 +1,81 @@
+"""A run directory as what it records: the scene, and the way the body flew."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.errors import QueryError
+from hzmp_sim.scene import Scene, load_scene
+from hzmp_sim.simulation.motion import Motion
+
+
+def read_run(directory: str | Path) -> tuple[Scene, Motion]:
+    """The scene that was flown, read as it was then, and the poses of the flight.
+
+    Raises:
+        QueryError: no run directory, one without a flight, or with files that are not of a run.
+        SceneError: its world cannot be read.
+    """
+    folder = Path(directory)
+    metrics = _metrics(folder)
+    try:
+        query, body, status = metrics["query"], metrics["body"], metrics["status"]
+        corners = query["workspace"]
+        arguments = [query[name] for name in ("start", "goal", "clearance", "tolerance")]
+    except (KeyError, TypeError) as error:
+        raise QueryError(
+            f"{folder}/metrics.json does not say {error}: it is not of a run of this version; "
+            "run it again"
+        ) from error
+    if not (folder / "trajectory.parquet").is_file():
+        raise QueryError(f"{folder}: nothing was flown ({status}), so there is nothing to audit")
+    start, goal, clearance, tolerance = arguments
+    scene = load_scene(
+        folder / "scene.xml", body, start, goal, tuple(corners), clearance, tolerance
+    )
+    return scene, _motion(folder / "trajectory.parquet")
+
+
+def _metrics(folder: Path) -> dict[str, Any]:
+    if not folder.is_dir():
+        what = "is a file" if folder.exists() else "does not exist"
+        raise QueryError(f"{folder} {what}; give the directory of a run (hzmp-sim run --out DIR)")
+    try:
+        found = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise QueryError(
+            f"{folder} has no metrics.json, so it is no finished run; give the directory of a run "
+            "(hzmp-sim run --out DIR)"
+        ) from error
+    except (OSError, ValueError) as error:
+        raise QueryError(f"{folder}/metrics.json cannot be read: {error}") from error
+    if not isinstance(found, dict):
+        raise QueryError(f"{folder}/metrics.json does not hold the metrics of a run")
+    return found
+
+
+def _motion(file: Path) -> Motion:
+    def columns(*names: str) -> Floats:
+        values = [table.column(name).to_numpy() for name in names]
+        return np.column_stack(values).astype(np.float64)
+
+    try:
+        table = pq.read_table(file)
+        motion = Motion(
+            progress=columns("time_s")[:, 0],
+            unit="s",
+            position=columns("x_m", "y_m", "z_m"),
+            quaternion=columns("qw", "qx", "qy", "qz"),
+            error=columns("tracking_error_m")[:, 0],
+        )
+    except (OSError, KeyError, ValueError) as error:  # Arrow's own errors are ValueErrors
+        raise QueryError(f"{file} is not the log of a flight: {error}") from error
+    if not len(motion.progress) or not np.isfinite(motion.position).all():
+        raise QueryError(f"{file} is not the log of a flight: no rows, or not finite")
+    return motion
