@@ -126,6 +126,7 @@ def scene_as_dict(scene: Scene, space: FreeSpace) -> dict[str, Any]:
                 "name": geom.name,
                 "type": geom.type,
                 "role": geom.role,
+                "parts": geom.parts,
                 "facets": geom.facets,
                 "error_m": geom.error,
                 "reason": geom.reason,
@@ -140,13 +141,14 @@ def print_scene(scene: Scene, space: FreeSpace, files: Mapping[str, Path | None]
     facts = scene_as_dict(scene, space)
     terminal = Console().is_terminal
     console = Console(highlight=False, width=None if terminal else _PIPED_WIDTH)
-    table = Table("geom", "type", "role", "facets", "error [mm]", "reason", box=None)
+    table = Table("geom", "type", "role", "parts", "facets", "error [mm]", "reason", box=None)
     for geom in facts["geoms"]:
         shown = geom["role"] == "obstacle"
         table.add_row(
             geom["name"],
             geom["type"],
             geom["role"],
+            str(geom["parts"]) if shown else "",
             str(geom["facets"]) if shown else "",
             f"{1e3 * geom['error_m']:.1f}" if shown else "",
             geom["reason"],

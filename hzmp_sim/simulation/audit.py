@@ -9,6 +9,7 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats
 from hzmp_sim.scene import Scene
+from hzmp_sim.simulation.distances import Distances
 
 _STANDING = 1e-3
 """A geom beside a planar body that is nearer than this at the start is the ground it stands on [m]:
@@ -18,8 +19,9 @@ contact with it is no collision, and no measure of clearance."""
 class ContactAudit:
     """Contacts and exact clearance of the body, step by step.
 
-    Clearance is the least `mj_geomDistance` over all pairs of a body geom and a geom that MuJoCo
-    could bring into contact with it (except the ground that a planar body stands on). Between steps
+    Clearance is the least distance over all pairs of a body geom and a geom that MuJoCo could
+    bring into contact with it (except the ground that a planar body stands on): `mj_geomDistance`,
+    for height fields and SDF geoms to their convex parts. Between steps
     a pair's distance falls at most by the way that the body's farthest point has moved, so only
     pairs that could be the nearest are measured again; the minimum is that of all pairs.
     """
@@ -28,19 +30,14 @@ class ContactAudit:
         self._model, self._data = scene.model, data
         self._body_id = scene.model.body(scene.body).id
         self._mine = frozenset(scene.body_geoms)
-        lo, hi = scene.to_world(np.array(scene.workspace))
-        self._far = max(100.0, 2.0 * float(np.linalg.norm(hi - lo)))
+        self._distances = Distances(scene, data)
+        beside = frozenset(scene.beside_geoms)
         self._ground = frozenset(
-            other
-            for other in scene.beside_geoms
-            if min(self._distance(mine, other) for mine in scene.body_geoms) < _STANDING
+            pair.other
+            for pair in self._distances.pairs
+            if pair.other in beside and self._distances.distance(pair) < _STANDING
         )
-        self._pairs = [
-            (mine, other)
-            for other in scene.contact_geoms
-            if other not in self._ground
-            for mine in scene.body_geoms
-        ]
+        self._pairs = [pair for pair in self._distances.pairs if pair.other not in self._ground]
         self._radius = scene.radius
         # Lower bound of each pair's distance, plus the way moved when it was measured.
         self._floor = np.full(len(self._pairs), -math.inf)
@@ -66,24 +63,21 @@ class ContactAudit:
     def _read_pose(self) -> Floats:
         return np.concatenate([self._data.xpos[self._body_id], self._data.xquat[self._body_id]])
 
-    def _distance(self, one: int, two: int) -> float:
-        return mujoco.mj_geomDistance(self._model, self._data, one, two, self._far, None)
-
     def _clearance(self) -> tuple[float, int]:
         if not self._pairs:
             return math.inf, -1
+        self._distances.update()
         bounds = self._floor - self._moved
         least, nearest = math.inf, -1
         while True:
             pair = int(bounds.argmin())
             if bounds[pair] >= least:
                 return least, nearest
-            mine, other = self._pairs[pair]
-            distance = self._distance(mine, other)
+            distance = self._distances.distance(self._pairs[pair])
             self._floor[pair] = distance + self._moved
             bounds[pair] = math.inf
             if distance < least:
-                least, nearest = distance, other
+                least, nearest = distance, self._pairs[pair].other
 
     def _contact(self) -> int:
         """A geom that the body penetrates, other than its ground; -1 if there is none."""
