@@ -69,8 +69,6 @@ def print_audit(audit: Audit) -> None:
 
 def _cells(row: ObstacleAudit) -> tuple[str, str, str, str, str]:
     """Clearance, progress, position and both verdicts of a row, as text."""
-    if row.clearance is None or row.progress is None or row.position is None:
-        return "not measured", "", "", "", "MuJoCo has no distance for this type"
     return (
         f"{1e3 * row.clearance:.1f}",
         f"{row.progress:.3f}",

@@ -129,6 +129,7 @@ def scene_as_dict(scene: Scene, space: FreeSpace, passage: Passage) -> dict[str,
                 "name": geom.name,
                 "type": geom.type,
                 "role": geom.role,
+                "parts": geom.parts,
                 "facets": geom.facets,
                 "error_m": geom.error,
                 "reason": geom.reason,
@@ -144,13 +145,14 @@ def print_scene(
     """How a world was read, as a table of geoms and a few lines; then the files written."""
     facts = scene_as_dict(scene, space, passage)
     console = wide_console()
-    table = Table("geom", "type", "role", "facets", r"error \[mm]", "reason", box=None)
+    table = Table("geom", "type", "role", "parts", "facets", r"error \[mm]", "reason", box=None)
     for geom in facts["geoms"]:
         shown = geom["role"] == "obstacle"
         table.add_row(
             geom["name"],
             geom["type"],
             geom["role"],
+            str(geom["parts"]) if shown else "",
             str(geom["facets"]) if shown else "",
             f"{1e3 * geom['error_m']:.1f}" if shown else "",
             geom["reason"],

@@ -10,9 +10,17 @@ from scipy.spatial import ConvexHull, QhullError
 
 from hzmp_planners._polygons import clip_polygon, counter_clockwise_rows
 from hzmp_planners.sets import Polytope
+from hzmp_sim.scene.height_field import HeightField
 
 if TYPE_CHECKING:
     from hzmp_planners._arrays import Floats, Ints
+
+MESHED = (
+    mujoco.mjtGeom.mjGEOM_MESH,
+    mujoco.mjtGeom.mjGEOM_SDF,
+    mujoco.mjtGeom.mjGEOM_HFIELD,
+)
+"""Types of geoms that `mesh_triangles` draws."""
 
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)  # what MuJoCo gives a geom without a colour
 
@@ -27,17 +35,31 @@ def geom_colour(model: mujoco.MjModel, geom: int) -> Floats:
 
 
 def mesh_triangles(model: mujoco.MjModel, geom: int) -> tuple[Floats, Ints]:
-    """Vertices (k, 3) [m] in the geom's frame and triangles (m, 3) of a mesh geom.
+    """Vertices (k, 3) [m] in the geom's frame and triangles (m, 3) of a mesh, SDF or height field.
 
-    A geom that can collide is given as its convex hull, which is what MuJoCo collides.
+    A mesh geom that can collide is given as its convex hull, which is what MuJoCo collides; of a
+    height field it is the surface.
     """
+    kind = int(model.geom_type[geom])
+    if kind == mujoco.mjtGeom.mjGEOM_HFIELD:
+        field = HeightField.of_geom(model, geom)
+        return field.surface(), grid_triangles(*field.z.shape)
     mesh = int(model.geom_dataid[geom])
     first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
     vertices = np.asarray(model.mesh_vert[first : first + count], dtype=np.float64)
-    if model.geom_contype[geom] or model.geom_conaffinity[geom]:
+    collides = model.geom_contype[geom] or model.geom_conaffinity[geom]
+    if collides and kind == mujoco.mjtGeom.mjGEOM_MESH:
         return hull_triangles(vertices)
     first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
     return vertices, model.mesh_face[first : first + count].astype(np.int64)
+
+
+def grid_triangles(rows: int, columns: int) -> Ints:
+    """Triangles (m, 3) of a grid of points in row order, cut as MuJoCo cuts height fields."""
+    point = np.arange(rows * columns).reshape(rows, columns)
+    first, right = point[:-1, :-1].ravel(), point[:-1, 1:].ravel()
+    below, last = point[1:, :-1].ravel(), point[1:, 1:].ravel()
+    return np.vstack([np.column_stack([first, right, last]), np.column_stack([first, last, below])])
 
 
 def hull_triangles(points: Floats) -> tuple[Floats, Ints]:
@@ -96,7 +118,7 @@ def plane_in_box(point: Floats, normal: Floats, lo: Floats, hi: Floats) -> Float
 def geom_points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats | None:
     """World points (k, 3) whose convex hull is the geom, up to a few percent of a rounding.
 
-    None for what has no bounded hull (planes) or is never an obstacle (height fields, SDFs).
+    None for what has no bounded hull: planes.
     """
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
@@ -105,7 +127,7 @@ def geom_points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats
         local = size * np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
     elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
         local = np.vstack([circle * size[0] + [0, 0, h] for h in (-size[1], size[1])])
-    elif kind == mujoco.mjtGeom.mjGEOM_MESH:
+    elif kind in MESHED:
         local, _ = mesh_triangles(model, geom)
     elif kind in _ROUND:
         rings = np.linspace(-np.pi / 2, np.pi / 2, 13)

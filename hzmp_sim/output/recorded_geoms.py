@@ -11,7 +11,7 @@ import rerun as rr
 
 from hzmp_sim.output import palette
 from hzmp_sim.output.framing import workspace_box
-from hzmp_sim.output.meshes import geom_colour, mesh_triangles, plane_in_box
+from hzmp_sim.output.meshes import MESHED, geom_colour, mesh_triangles, plane_in_box
 
 if TYPE_CHECKING:
     from hzmp_planners._arrays import Floats, Ints
@@ -81,7 +81,7 @@ def log_geoms(
         folders.setdefault((folder, int(model.geom_type[geom])), []).append(geom)
     for (folder, kind), members in folders.items():
         poses = [_pose(data, geom, body) for geom in members]
-        if kind == _Kind.mjGEOM_MESH:
+        if kind in MESHED:
             for geom, pose in zip(members, poses, strict=True):
                 _log_mesh(recording, folder, scene, geom, pose)
         elif kind == _Kind.mjGEOM_PLANE:
@@ -125,13 +125,11 @@ def _log_primitives(
             translations=ends, lengths=2 * size[:, 1], radii=size[:, 0], quaternions=quaternions,
             colors=colors, labels=labels, show_labels=False, fill_mode="solid",
         )  # fmt: skip
-    elif kind == _Kind.mjGEOM_CYLINDER:
+    else:
         name, shape = "cylinders", rr.Cylinders3D(
             centers=centres, lengths=2 * size[:, 1], radii=size[:, 0], quaternions=quaternions,
             colors=colors, labels=labels, show_labels=False, fill_mode="solid",
         )  # fmt: skip
-    else:
-        return  # height fields and SDFs are refused as obstacles; as decoration they are left out
     recording.log(f"{folder}/{name}", shape, static=True)
 
 

@@ -31,6 +31,12 @@ whole: every facet of an obstacle may cut the free space into one more leaf."""
 SLICE_SHARE = 0.25
 """Share of the tolerance that the polygon around the slice of a tilted round shape may use up."""
 
+MERGE_SHARE = 0.5
+"""Share of the tolerance by which cells of a height field that are merged may be too high."""
+
+MANY_PARTS = 2000
+"""A geom with more convex parts than this is warned of: the free space takes seconds."""
+
 SLICE_DIRECTIONS = (48, 96, 192, 384, 768, 1536, 3072)
 """Numbers of sides to try for it; the excess falls with the number, to 1e-5 of the size."""
 

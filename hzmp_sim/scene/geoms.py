@@ -10,6 +10,7 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 from hzmp_sim.scene.constants import MAX_COORDINATE
+from hzmp_sim.scene.height_field import HeightField
 from hzmp_sim.scene.shapes import Box, Capsule, Cylinder, Ellipsoid, Hull, Shape, farthest
 
 _TYPE = mujoco.mjtGeom
@@ -22,6 +23,15 @@ class HalfSpace:
     normal: Floats
     """Unit normal, shape (3,)."""
     offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A convex part of what MuJoCo collides for a geom."""
+
+    shape: Shape | HalfSpace
+    excess: float = 0.0
+    """How far it reaches beyond the geom [m]."""
 
 
 def geom_type(model: mujoco.MjModel, geom: int) -> str:
@@ -38,26 +48,44 @@ def geom_name(model: mujoco.MjModel, geom: int) -> str:
     return f"geom#{geom} ({geom_type(model, geom)}) of body {body}"
 
 
-def geom_shape(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Shape | HalfSpace:
-    """What MuJoCo collides for a geom, at its pose in `data`.
+def geom_parts(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    geom: int,
+    near: tuple[Floats, Floats],
+    tolerance: float = 0.0,
+) -> tuple[Part, ...]:
+    """What MuJoCo collides for a geom, at its pose in `data`, as convex parts.
 
-    A mesh is its convex hull, from the compiled vertices (the authored pose of a mesh geom is not
-    its frame: MuJoCo re-centres meshes). Needs `mj_kinematics` to have run.
+    One part, but for height fields: these have as many as it takes, none too high by more than
+    `tolerance` [m], and none beyond the box `near` (lo, hi), each (3,) [m]. A mesh is its convex
+    hull, from the compiled vertices (the authored pose of a mesh geom is not its frame: MuJoCo
+    re-centres meshes). So is an SDF: MuJoCo collides the surface inside that hull.
+    Needs `mj_kinematics` to have run.
 
     Raises:
-        SceneError: height field or SDF geom.
+        SceneError: position or size are not finite, or too large.
     """
-    kind = int(model.geom_type[geom])
-    size = np.array(model.geom_size[geom])
-    centre = np.array(data.geom_xpos[geom])
-    axes = np.array(data.geom_xmat[geom]).reshape(3, 3)
-    axes[np.abs(axes) < 1e-15] = 0.0  # round-off of cos(90 deg)
-    extent = np.abs(np.concatenate([centre, size if kind != _TYPE.mjGEOM_PLANE else [0.0]])).max()
-    if not (np.isfinite(axes).all() and extent <= MAX_COORDINATE):
-        raise SceneError(
-            f"{geom_name(model, geom)} has position {centre.tolist()} and size {size.tolist()}; "
-            f"both must be finite and below {MAX_COORDINATE:g} m"
-        )
+    if int(model.geom_type[geom]) != _TYPE.mjGEOM_HFIELD:
+        return (Part(geom_shape(model, data, geom)),)
+    centre, axes = _pose(model, data, geom)
+    middle = axes.T @ (0.5 * (near[0] + near[1]) - centre)
+    half = np.abs(axes.T) @ (0.5 * (near[1] - near[0]))
+    field = HeightField.of_geom(model, geom).within(middle - half, middle + half)
+    return tuple(
+        Part(Hull.from_points(points @ axes.T + centre), excess)
+        for points, excess in (field.bodies(tolerance) if field else ())
+    )
+
+
+def geom_shape(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Shape | HalfSpace:
+    """The convex hull of what MuJoCo collides for a geom, at its pose in `data`.
+
+    Raises:
+        SceneError: position or size are not finite, or too large.
+    """
+    kind, size = int(model.geom_type[geom]), np.array(model.geom_size[geom])
+    centre, axes = _pose(model, data, geom)
     if kind == _TYPE.mjGEOM_BOX:
         return Box(centre, axes, size)
     if kind == _TYPE.mjGEOM_SPHERE:
@@ -71,13 +99,31 @@ def geom_shape(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Shape |
         return Ellipsoid(centre, axes, size)
     if kind == _TYPE.mjGEOM_PLANE:
         return HalfSpace(axes[:, 2], float(axes[:, 2] @ centre))
-    if kind == _TYPE.mjGEOM_MESH:
-        return Hull.from_points(mesh_points(model, geom) @ axes.T + centre)
-    raise SceneError(
-        f"{geom_name(model, geom)} is of type {geom_type(model, geom)}, which is not read yet; "
-        "use plane, sphere, capsule, ellipsoid, cylinder, box or mesh, or make it visual only "
-        '(contype="0" conaffinity="0")'
-    )
+    if kind == _TYPE.mjGEOM_HFIELD:
+        points = HeightField.of_geom(model, geom).hull_points()
+    else:  # mesh or SDF: whatever else MuJoCo calls a geom is drawn only, and in no model
+        points = mesh_points(model, geom)
+    return Hull.from_points(points @ axes.T + centre)
+
+
+def _pose(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[Floats, Floats]:
+    """Position (3,) [m] and axes as columns (3, 3) of a geom.
+
+    Raises:
+        SceneError: not finite or too large.
+    """
+    centre = np.array(data.geom_xpos[geom])
+    axes = np.array(data.geom_xmat[geom]).reshape(3, 3)
+    axes[np.abs(axes) < 1e-15] = 0.0  # round-off of cos(90 deg)
+    plane = int(model.geom_type[geom]) == _TYPE.mjGEOM_PLANE  # its size is only drawn
+    size = np.zeros(3) if plane else np.array(model.geom_size[geom])
+    extent = np.abs(np.concatenate([centre, size])).max()
+    if not (np.isfinite(axes).all() and extent <= MAX_COORDINATE):
+        raise SceneError(
+            f"{geom_name(model, geom)} has position {centre.tolist()} and size {size.tolist()}; "
+            f"both must be finite and below {MAX_COORDINATE:g} m"
+        )
+    return centre, axes
 
 
 def mesh_points(model: mujoco.MjModel, geom: int) -> Floats:

@@ -11,9 +11,22 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.bodies import Body
-from hzmp_sim.scene.constants import CLIP_RATIO, SLICE_SHARE, TOUCH_TOL
+from hzmp_sim.scene.constants import (
+    CLIP_RATIO,
+    MANY_PARTS,
+    MERGE_SHARE,
+    SLICE_SHARE,
+    TOUCH_TOL,
+)
 from hzmp_sim.scene.contact_filter import contact_margins
-from hzmp_sim.scene.geoms import HalfSpace, geom_name, geom_shape, geom_type
+from hzmp_sim.scene.geoms import (
+    HalfSpace,
+    Part,
+    geom_name,
+    geom_parts,
+    geom_shape,
+    geom_type,
+)
 from hzmp_sim.scene.outer import Outer, outer_polytope
 from hzmp_sim.scene.placement import Bounds
 from hzmp_sim.scene.planar import is_upright_prism, slice_halfspace, slice_shape, vertical_range
@@ -42,7 +55,7 @@ def read_obstacles(
     """Obstacles of the body's centre within `bounds` (lo, hi), each (n,) [m].
 
     Raises:
-        SceneError: a geom that can touch the body is on a jointed body, or of a type not read.
+        SceneError: a geom that can touch the body is on a jointed body, or a flex, or too large.
     """
     polytopes: list[Polytope] = []
     geoms: list[int] = []
@@ -55,31 +68,31 @@ def read_obstacles(
 
     for geom in range(model.ngeom):
         name, kind = geom_name(model, geom), geom_type(model, geom)
-        outer: Outer | None = None
         role: Role = "ignored"
         if geom in body.geoms:
-            reports.append(GeomReport(geom, name, kind, "body", 0, 0.0, "part of the moving body"))
-            continue
-        if np.isnan(margins[geom]):
+            role, reason = "body", "part of the moving body"
+        elif np.isnan(margins[geom]):
             reason = _no_contact(model, geom)
         else:
             reason, moving = _mobility(model, geom)
             if moving:
                 warnings.append(f"{name} is on a mocap body: planned where it stands now")
             grow = body.radius + clearance + float(margins[geom])
-            shape = geom_shape(model, data, geom)
+            near = _reach_box(body, bounds, clearance, grow)
+            parts = geom_parts(model, data, geom, near, MERGE_SHARE * tolerance)
             try:
-                outer, role, ignored = _obstacle(shape, body, bounds, clearance, grow, tolerance)
+                found = [_obstacle(p, body, bounds, clearance, grow, tolerance) for p in parts]
             except SceneError as error:
                 raise SceneError(f"{name}: {error}") from error
-            reason = ignored or reason
-        if outer is None:
-            reports.append(GeomReport(geom, name, kind, role, 0, 0.0, reason))
-            continue
-        polytopes.append(outer.polytope)
-        geoms.append(geom)
-        facets = len(outer.polytope.b)
-        reports.append(GeomReport(geom, name, kind, "obstacle", facets, outer.error, reason))
+            outers = [outer for outer, _, _ in found if outer is not None]
+            if outers:
+                polytopes += [outer.polytope for outer in outers]
+                geoms += [geom] * len(outers)
+                reports.append(_obstacle_report(geom, name, kind, outers, reason))
+                warnings += _notes(name, kind, len(outers))
+                continue
+            role, reason = found[0][1:] if found else ("outside", "outside the workspace")
+        reports.append(GeomReport(geom, name, kind, role, 0, 0, 0.0, reason))
     return Obstacles(tuple(polytopes), tuple(geoms), tuple(reports), tuple(warnings))
 
 
@@ -100,21 +113,48 @@ def is_planar_world(
             continue
         apart = (shape.support(np.eye(3)) <= low + TOUCH_TOL).any()
         apart = apart or (-shape.support(-np.eye(3)) >= high - TOUCH_TOL).any()
-        if not apart and not is_upright_prism(shape, float(low[2]), float(high[2])):
+        prism = geom_type(model, geom) != "hfield"  # its hull may be one, itself it is not
+        prism = prism and is_upright_prism(shape, float(low[2]), float(high[2]))
+        if not apart and not prism:
             return False
     return True
 
 
+def _obstacle_report(
+    geom: int, name: str, kind: str, outers: list[Outer], reason: str
+) -> GeomReport:
+    facets, error = sum(len(outer.polytope.b) for outer in outers), max(o.error for o in outers)
+    return GeomReport(geom, name, kind, "obstacle", len(outers), facets, error, reason)
+
+
+def _notes(name: str, kind: str, parts: int) -> list[str]:
+    """What the user should know of an obstacle."""
+    if kind == "sdf":
+        return [f"{name} is an SDF geom: planned as the convex hull of its mesh, which holds it"]
+    if parts > MANY_PARTS:
+        return [f"{name} has become {parts} obstacles: planning takes long (see --tolerance)"]
+    return []
+
+
+def _reach_box(body: Body, bounds: Bounds, clearance: float, grow: float) -> Bounds:
+    """World box (lo, hi), each (3,), of what can be an obstacle: the rest is not even read."""
+    low, high = bounds[0] - grow, bounds[1] + grow
+    if body.planar:
+        low, high = np.append(low, body.heights[0]), np.append(high, body.heights[1])
+        low[2], high[2] = low[2] - clearance, high[2] + clearance
+    return low, high
+
+
 def _obstacle(
-    shape: Shape | HalfSpace,
+    part: Part,
     body: Body,
     bounds: Bounds,
     clearance: float,
     grow: float,
     tolerance: float,
 ) -> tuple[Outer | None, Role, str]:
-    """The grown obstacle of one shape, or None; its role, and why it is none."""
-    excess = 0.0
+    """The grown obstacle of a part of a geom, or None; its role, and why it is none."""
+    shape, excess = part.shape, part.excess
     if body.planar:
         low, high = body.heights
         span = f"{round(low, 6) + 0.0:g} to {round(high, 6) + 0.0:g} m"
@@ -129,7 +169,8 @@ def _obstacle(
             bottom, top = vertical_range(shape)
             if top <= low + TOUCH_TOL or bottom >= high - TOUCH_TOL:
                 return None, "beside", beside
-            shape, excess = slice_shape(shape, *thick, SLICE_SHARE * tolerance)
+            shape, slack = slice_shape(shape, *thick, SLICE_SHARE * tolerance)
+            excess += slack
     if isinstance(shape, HalfSpace):
         outer = _halfspace_obstacle(shape, bounds, grow)
     elif _is_far(shape, bounds, grow):

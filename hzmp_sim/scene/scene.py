@@ -32,10 +32,12 @@ class GeomReport:
     """"beside": at heights that a planar body does not reach, such as the floor it stands on;
     "outside": where it reaches no point of the free space; "ignored": MuJoCo lets it touch nothing
     of the body."""
+    parts: int
+    """Obstacles it has become: several for a height field, 0 when it is none."""
     facets: int
-    """Half-spaces of its obstacle; 0 when it is none."""
+    """Half-spaces of its obstacles; 0 when it is none."""
     error: float
-    """Largest distance of a point of the obstacle to the exactly grown shape [m]."""
+    """Largest distance of a point of its obstacles to the exactly grown shape [m]."""
     reason: str
     """Why it has this role."""
 
@@ -76,7 +78,7 @@ class Scene:
     obstacles: tuple[Polytope, ...]
     """Where the centre must not be: geoms grown by radius + clearance (+ contact margin)."""
     obstacle_geoms: tuple[int, ...]
-    """Geom id of each obstacle."""
+    """Geom id of each obstacle; a height field has several obstacles."""
     body_geoms: tuple[int, ...]
     """Ids of the colliding geoms of the moving body."""
     geoms: tuple[GeomReport, ...]

@@ -13,9 +13,10 @@ from hzmp_sim.simulation.distances import BodyDistances
 class ContactAudit:
     """Contacts and exact clearance of the body, step by step.
 
-    Clearance is the least `mj_geomDistance` over all pairs of a body geom and a geom that MuJoCo
-    could bring into contact with it (except the ground that a planar body stands on). Only pairs
-    that could be the nearest are measured again; the minimum is that of all pairs.
+    Clearance is the least distance over all pairs of a body geom and a geom that MuJoCo could
+    bring into contact with it (except the ground that a planar body stands on): `mj_geomDistance`,
+    for height fields and SDF geoms to their convex parts. Only pairs that could be the nearest are
+    measured again; the minimum is that of all pairs.
     """
 
     def __init__(self, scene: Scene, data: mujoco.MjData) -> None:
@@ -43,7 +44,7 @@ class ContactAudit:
             distance = self._distances.measure(pair)
             bounds[pair] = math.inf
             if distance < least:
-                least, nearest = distance, self._distances.pairs[pair][1]
+                least, nearest = distance, self._distances.pairs[pair].other
 
     def _contact(self) -> int:
         """A geom that the body penetrates, other than its ground; -1 if there is none."""

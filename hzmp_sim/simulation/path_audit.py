@@ -20,10 +20,6 @@ from hzmp_tracking import Trajectory
 DISTANCE_TOL = 1e-5
 """What a distance may be short of [m]: MuJoCo's iterations stop at 1e-6 unless told otherwise."""
 
-_UNMEASURED = ("hfield", "sdf")
-"""Types whose `mj_geomDistance` is wrong: of a fine height field it sees 50 prisms, of an SDF only
-what is close."""
-
 
 @dataclass(frozen=True)
 class ObstacleAudit:
@@ -33,11 +29,12 @@ class ObstacleAudit:
     name: str
     role: str
     """See `GeomReport`."""
-    clearance: float | None
-    """Least distance of the body to it by MuJoCo [m]; negative: overlap; None: not measured."""
-    progress: float | None
+    clearance: float
+    """Least distance of the body to it by MuJoCo [m], to the convex parts of a height field or SDF;
+    negative: overlap."""
+    progress: float
     """Where that is along the motion, in its unit."""
-    position: tuple[float, float, float] | None
+    position: tuple[float, float, float]
     """Centre of the body there [m]."""
     shortfall: float
     """Largest lack of distance: of `required` clearance, less what the body was off its reference
@@ -69,10 +66,8 @@ class Audit:
 
     @property
     def clearance(self) -> float:
-        """Least distance to any obstacle [m]; inf without one that can be measured."""
-        return min(
-            (o.clearance for o in self.obstacles if o.clearance is not None), default=math.inf
-        )
+        """Least distance to any obstacle [m]; inf without one."""
+        return min((o.clearance for o in self.obstacles), default=math.inf)
 
     @property
     def holds(self) -> bool:
@@ -112,10 +107,10 @@ def audit_motion(scene: Scene, motion: Motion) -> Audit:
     mujoco.mj_forward(scene.model, data)
     body = _Posed(scene, data)
     distances = BodyDistances(scene, data)
-    kinds = {report.geom: report.type for report in scene.geoms}
-    geoms = [geom for geom in scene.contact_geoms if geom not in distances.ground]
-    pairs = {geom: [i for i, (_, o) in enumerate(distances.pairs) if o == geom] for geom in geoms}
-    watched = [_Watch(scene, motion, geom) for geom in geoms if kinds[geom] not in _UNMEASURED]
+    pairs: dict[int, list[int]] = {}
+    for number, pair in enumerate(distances.pairs):
+        pairs.setdefault(pair.other, []).append(number)
+    watched = [_Watch(scene, motion, geom) for geom in pairs]
     for k in range(len(motion.progress)):
         body.move(motion.position[k], None if motion.quaternion is None else motion.quaternion[k])
         distances.follow()
@@ -125,14 +120,7 @@ def audit_motion(scene: Scene, motion: Motion) -> Audit:
             found = [distances.measure(i) for i in pairs[watch.geom] if bounds[i] < near]
             if found and min(found) < near:
                 watch.take(k, min(found))
-    rows = [watch.result() for watch in watched]
-    rows.sort(key=lambda row: math.inf if row.clearance is None else row.clearance)
-    roles = {report.geom: report.role for report in scene.geoms}
-    rows += [
-        ObstacleAudit(geom, scene.geom_name(geom), roles[geom], None, None, None, 0.0, 0.0, 0)
-        for geom in geoms
-        if kinds[geom] in _UNMEASURED
-    ]
+    rows = sorted((watch.result() for watch in watched), key=lambda row: row.clearance)
     return Audit(
         obstacles=tuple(rows),
         required=scene.clearance,

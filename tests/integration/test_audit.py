@@ -67,7 +67,7 @@ def test_flight_is_measured_as_in_the_loop(flown: hz.Run) -> None:
     assert found.agrees
     assert {row.geom for row in found.obstacles} == set(flown.scene.contact_geoms)
     assert [row.clearance for row in found.obstacles] == sorted(
-        row.clearance for row in found.obstacles if row.clearance is not None
+        row.clearance for row in found.obstacles
     )
     for row in found.obstacles:  # where it is said to be least, it is that
         k = int(np.flatnonzero(flown.log.time == row.progress)[0])
@@ -113,7 +113,6 @@ def test_path_through_a_wall_does_not_hold(flown: hz.Run) -> None:
     scene = flown.scene
     found = hz.audit(scene, [scene.start, scene.goal])
     nearest = found.obstacles[0]
-    assert nearest.clearance is not None
     assert nearest.clearance < 0.0
     assert not found.holds
     assert found.agrees  # the planner knew
@@ -135,24 +134,30 @@ def test_tracking_may_use_up_the_clearance_but_no_more(flown: hz.Run) -> None:
     log, scene = flown.log, flown.scene
     assert log is not None
     nearest = hz.audit(scene, log).obstacles[0]
-    assert nearest.clearance is not None
     wide = dataclasses.replace(scene, clearance=nearest.clearance + 0.02)
     assert not hz.audit(wide, log).holds
     late = dataclasses.replace(log, reference=log.reference + np.array([0.0, 0.0, 0.03]))
     assert hz.audit(wide, late).holds
 
 
-def test_types_without_a_distance_are_not_measured(flown: hz.Run) -> None:
-    """MuJoCo's distance to height fields and SDFs is wrong: better none."""
-    geom = flown.scene.obstacle_geoms[0]
-    changed = [
-        dataclasses.replace(report, type="sdf") if report.geom == geom else report
-        for report in flown.scene.geoms
-    ]
-    found = hz.audit(dataclasses.replace(flown.scene, geoms=tuple(changed)), flown.plan)
-    assert found.obstacles[-1].geom == geom
-    assert found.obstacles[-1].clearance is None
+def test_height_fields_are_measured_to_their_prisms(tmp_path: Path) -> None:
+    """`mj_geomDistance` sees 50 prisms of a field at most, and says too much."""
+    rows = 24
+    ridge = " ".join("1" if row == 11 else "0" for row in range(rows) for _ in range(rows))
+    world = tmp_path / "ridge.xml"
+    world.write_text(
+        f"""<mujoco><asset><hfield name="hills" nrow="{rows}" ncol="{rows}" size="2 2 1 .1"
+        elevation="{ridge}"/></asset><worldbody><geom type="hfield" hfield="hills"/>
+        <site name="goal" pos="0 1.5 1.6"/></worldbody></mujoco>"""
+    )
+    scene = hz.load_scene(
+        world, body="point", start=(0, -1.5, 1.6), workspace=((-2, -2, 0), (2, 2, 2.5))
+    )
+    found = hz.audit(scene, [scene.start, scene.goal])
+    assert len(found.obstacles) == 1
+    assert found.obstacles[0].clearance == pytest.approx(1.6 - 1.0 - scene.radius, abs=1e-3)
     assert found.holds
+    assert found.agrees
 
 
 def test_planar_body_does_not_count_its_ground() -> None:

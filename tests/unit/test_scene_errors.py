@@ -36,9 +36,6 @@ def changed(folder: Path, old: str, new: str) -> Path:
     return file
 
 
-HFIELD = '<hfield name="hills" nrow="2" ncol="2" size="1 1 1 1" elevation="0 1 0 1"/>'
-
-
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
@@ -78,17 +75,6 @@ def test_broken_worlds(tmp_path: Path, old: str, new: str, says: list[str]) -> N
     text = str(refusal(changed(tmp_path, old, new)))
     for part in says:
         assert part in text
-
-
-def test_height_fields_are_refused_by_name_unless_only_seen(tmp_path: Path) -> None:
-    hills = '<geom name="hills" type="hfield" hfield="hills" {}/>'
-    for extra, refused in (("", True), ('contype="0" conaffinity="0"', False)):
-        file = changed(tmp_path, "<!-- more -->", hills.format(extra))
-        file.write_text(file.read_text().replace("<asset>", f"<asset>{HFIELD}"))
-        if refused:
-            assert "hills is of type hfield, which is not read yet" in str(refusal(file))
-        else:
-            assert load_scene(file).geoms[1].role == "ignored"
 
 
 @pytest.mark.parametrize(

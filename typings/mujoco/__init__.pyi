@@ -31,6 +31,7 @@ class MjData:
     geom_xmat: _Floats  # (ngeom, 9)
     geom_xpos: _Floats  # (ngeom, 3)
     mocap_pos: _Floats  # (nmocap, 3)
+    mocap_quat: _Floats  # (nmocap, 4)
     ncon: int
     qfrc_applied: _Floats  # (nv,)
     qfrc_bias: _Floats  # (nv,)
@@ -88,6 +89,11 @@ class MjModel:
     geom_rgba: NDArray[np.float32]  # (ngeom, 4)
     geom_size: _Floats  # (ngeom, 3)
     geom_type: _Ints
+    hfield_adr: _Ints
+    hfield_data: NDArray[np.float32]  # (nhfielddata,)
+    hfield_ncol: _Ints
+    hfield_nrow: _Ints
+    hfield_size: _Floats  # (nhfield, 4)
     jnt_axis: _Floats  # (njnt, 3)
     jnt_bodyid: _Ints
     jnt_dofadr: _Ints
@@ -418,17 +424,22 @@ class mjtGain(enum.IntEnum):
 
 class mjtGeom(enum.IntEnum):
     mjGEOM_PLANE = 0
+    mjGEOM_HFIELD = 1
     mjGEOM_SPHERE = 2
     mjGEOM_CAPSULE = 3
     mjGEOM_ELLIPSOID = 4
     mjGEOM_CYLINDER = 5
     mjGEOM_BOX = 6
     mjGEOM_MESH = 7
+    mjGEOM_SDF = 8
 
 class mjtJoint(enum.IntEnum):
     mjJNT_FREE = 0
     mjJNT_SLIDE = 2
     mjJNT_HINGE = 3
+
+class mjtMeshInertia(enum.IntEnum):
+    mjMESH_INERTIA_SHELL = 3
 
 class mjtObj(enum.IntEnum):
     mjOBJ_BODY = 1
