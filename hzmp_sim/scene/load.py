@@ -21,7 +21,7 @@ from hzmp_sim.scene.bodies import (
 )
 from hzmp_sim.scene.constants import BOX_MITRE, DEFAULT_CLEARANCE, MIN_TOLERANCE
 from hzmp_sim.scene.geoms import geom_name
-from hzmp_sim.scene.mjcf import World, compile_spec, find_world, read_spec, written_world
+from hzmp_sim.scene.mjcf import World, written_world
 from hzmp_sim.scene.obstacles import Obstacles, is_planar_world, read_obstacles
 from hzmp_sim.scene.placement import (
     Bounds,
@@ -31,12 +31,13 @@ from hzmp_sim.scene.placement import (
     read_workspace,
 )
 from hzmp_sim.scene.scene import Scene
+from hzmp_sim.scene.sources import Source, open_world
 
 _SAME_HEIGHT = 1e-4  # [m] two heights closer than this are one: MJCF text has six digits
 
 
 def load_scene(
-    path: str | Path,
+    path: str | Path | mujoco.MjSpec,
     body: str | None = None,
     start: ArrayLike | None = None,
     goal: ArrayLike | None = None,
@@ -47,7 +48,8 @@ def load_scene(
     """Read a MuJoCo world as a planning scene.
 
     Args:
-        path: MJCF file, or the name of a bundled world.
+        path: MJCF file, zip of one with its assets, compiled model (.mjb), name of a bundled world,
+            or an editable model, which is not changed. `Scene.spec()` goes the other way.
         body: "point" or "quadrotor" attach a bundled body; any other name is a body of the world.
             None takes the only actuated moving body of the world, or attaches the point.
         start: position of the body's centre, 2 or 3 coordinates [m]; None: where the body stands,
@@ -66,9 +68,8 @@ def load_scene(
     """
     began = time.perf_counter()
     keep = _positive("clearance", DEFAULT_CLEARANCE if clearance is None else clearance, zero=True)
-    file = find_world(path)
-    spec = read_spec(file)
-    model, data = compile_spec(spec, file)
+    source = open_world(path)
+    model, data = source.model, source.data
     name = choose_body(model, body)
     space, warnings = read_workspace(model, data, workspace)
     begin, end = (
@@ -76,9 +77,9 @@ def load_scene(
         for label, given in (("start", start), ("goal", goal))
     )
     if is_bundled(model, name):
-        world, moving, centre = _attached(file, name, begin, end, space)
+        world, moving, centre = _attached(source, name, begin, end, space)
     else:
-        world = written_world(spec, file)
+        world = written_world(source.spec.copy(), source.path)
         moving = read_body(world.model, world.data, name)
         centre = moving.centre
         if begin.given is not None:
@@ -102,7 +103,7 @@ def load_scene(
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         _check_free(world.model, obstacles, label, point, moving.radius + keep)
     return Scene(
-        path=file,
+        path=source.path,
         model=world.model,
         xml=world.xml,
         body=moving.name,
@@ -119,14 +120,14 @@ def load_scene(
         obstacle_geoms=obstacles.geoms,
         body_geoms=moving.geoms,
         geoms=obstacles.reports,
-        warnings=warnings + world.warnings + obstacles.warnings,
+        warnings=warnings + source.warnings + world.warnings + obstacles.warnings,
         initial_qpos=frozen(qpos_at(world.model, world.data, moving, centre)),
         reading_time=time.perf_counter() - began,
     )
 
 
 def _attached(
-    file: Path, name: str, begin: Endpoint, end: Endpoint, space: Bounds
+    source: Source, name: str, begin: Endpoint, end: Endpoint, space: Bounds
 ) -> tuple[World, Body, Floats]:
     """The world with a bundled body at the start; the point stays in the plane if it can."""
     asked = begin.is_planar or end.is_planar or space[0].size == 2
@@ -137,16 +138,16 @@ def _attached(
     target = end.position(float(centre[2]))
     level = abs(float(centre[2] - target[2])) <= _SAME_HEIGHT
     if name == "point" and (asked or level):
-        world, moving = _with_body(file, name, centre, planar=True)
+        world, moving = _with_body(source, name, centre, planar=True)
         if asked or is_planar_world(world.model, world.data, moving, space):
             return world, moving, centre
-    return *_with_body(file, name, centre, planar=False), centre
+    return *_with_body(source, name, centre, planar=False), centre
 
 
-def _with_body(file: Path, name: str, centre: Floats, *, planar: bool) -> tuple[World, Body]:
-    spec = read_spec(file)
+def _with_body(source: Source, name: str, centre: Floats, *, planar: bool) -> tuple[World, Body]:
+    spec = source.spec.copy()
     root = attach_body(spec, name, centre, planar=planar)
-    world = written_world(spec, file)
+    world = written_world(spec, source.path)
     return world, read_body(world.model, world.data, root)
 
 
