@@ -49,3 +49,6 @@ MAX_PROJECTIONS = 500
 
 CUT_SPREAD = 0.97
 """Two cuts of one round whose normals agree more than this (cosine, 14 degrees) are one cut."""
+
+MAX_ZIP_BYTES = 2**30
+"""A zip that unpacks to more than this is refused: it would fill the disk before MuJoCo sees it."""

@@ -23,9 +23,8 @@ from hzmp_sim.scene.bodies import (
 from hzmp_sim.scene.constants import BOX_MITRE, DEFAULT_CLEARANCE, MIN_TOLERANCE
 from hzmp_sim.scene.decomposition import ConvexDecomposition, Decomposition, decompose_meshes
 from hzmp_sim.scene.geoms import geom_name
-from hzmp_sim.scene.mesh_size import refuse_enormous
 from hzmp_sim.scene.meshes import hull_note, mesh_warnings, read_meshes
-from hzmp_sim.scene.mjcf import World, compile_spec, find_world, read_spec, written_world
+from hzmp_sim.scene.mjcf import World, written_world
 from hzmp_sim.scene.obstacles import Obstacles, is_planar_world, read_obstacles
 from hzmp_sim.scene.placement import (
     Bounds,
@@ -35,12 +34,13 @@ from hzmp_sim.scene.placement import (
     read_workspace,
 )
 from hzmp_sim.scene.scene import Scene
+from hzmp_sim.scene.sources import Source, open_world
 
 _SAME_HEIGHT = 1e-4  # [m] two heights closer than this are one: MJCF text has six digits
 
 
 def load_scene(
-    path: str | Path,
+    path: str | Path | mujoco.MjSpec,
     body: str | None = None,
     start: ArrayLike | None = None,
     goal: ArrayLike | None = None,
@@ -52,7 +52,8 @@ def load_scene(
     """Read a MuJoCo world as a planning scene.
 
     Args:
-        path: MJCF file, or the name of a bundled world.
+        path: MJCF file, zip of one with its assets, compiled model (.mjb), name of a bundled world,
+            or an editable model, which is not changed. `Scene.spec()` goes the other way.
         body: "point" or "quadrotor" attach a bundled body; any other name is a body of the world.
             None takes the only actuated moving body of the world, or attaches the point.
         start: position of the body's centre, 2 or 3 coordinates [m]; None: where the body stands,
@@ -73,22 +74,21 @@ def load_scene(
     """
     began = time.perf_counter()
     keep = _positive("clearance", DEFAULT_CLEARANCE if clearance is None else clearance, zero=True)
-    file = find_world(path)
-    spec = read_spec(file)
-    refuse_enormous(spec, file)
-    model, data = compile_spec(spec, file)
+    source = open_world(path)
+    model, data = source.model, source.data
     name = choose_body(model, body)
     space, warnings = read_workspace(model, data, workspace)
     begin, end = (
         read_endpoint(model, data, label, given)
         for label, given in (("start", start), ("goal", goal))
     )
-    pieces = _pieces(model, spec, name, convex_decomposition)
+    pieces = _pieces(model, source.spec, name, convex_decomposition)
     if is_bundled(model, name):
-        world, moving, centre = _attached(file, pieces, name, begin, end, space)
+        world, moving, centre = _attached(source, pieces, name, begin, end, space)
     else:
+        spec = source.spec.copy()
         pieces.put_into(spec)
-        world = written_world(spec, file)
+        world = written_world(spec, source.path)
         moving = read_body(world.model, world.data, name)
         centre = moving.centre
         if begin.given is not None:
@@ -113,7 +113,7 @@ def load_scene(
         _check_free(world.model, obstacles, label, point, moving.radius + keep)
     meshes = read_meshes(world.model, obstacles.geoms)
     return Scene(
-        path=file,
+        path=source.path,
         model=world.model,
         xml=world.xml,
         body=moving.name,
@@ -133,7 +133,8 @@ def load_scene(
         meshes=meshes,
         pieces=pieces.reports,
         warnings=(
-            *(warnings + world.warnings + obstacles.warnings + pieces.warnings),
+            *(warnings + source.warnings + world.warnings),
+            *(obstacles.warnings + pieces.warnings),
             *mesh_warnings(meshes),
         ),
         initial_qpos=frozen(qpos_at(world.model, world.data, moving, centre)),
@@ -156,7 +157,7 @@ def _pieces(
 
 
 def _attached(
-    file: Path, pieces: Decomposition, name: str, begin: Endpoint, end: Endpoint, space: Bounds
+    source: Source, pieces: Decomposition, name: str, begin: Endpoint, end: Endpoint, space: Bounds
 ) -> tuple[World, Body, Floats]:
     """The world with a bundled body at the start; the point stays in the plane if it can."""
     asked = begin.is_planar or end.is_planar or space[0].size == 2
@@ -167,19 +168,19 @@ def _attached(
     target = end.position(float(centre[2]))
     level = abs(float(centre[2] - target[2])) <= _SAME_HEIGHT
     if name == "point" and (asked or level):
-        world, moving = _with_body(file, pieces, name, centre, planar=True)
+        world, moving = _with_body(source, pieces, name, centre, planar=True)
         if asked or is_planar_world(world.model, world.data, moving, space):
             return world, moving, centre
-    return *_with_body(file, pieces, name, centre, planar=False), centre
+    return *_with_body(source, pieces, name, centre, planar=False), centre
 
 
 def _with_body(
-    file: Path, pieces: Decomposition, name: str, centre: Floats, *, planar: bool
+    source: Source, pieces: Decomposition, name: str, centre: Floats, *, planar: bool
 ) -> tuple[World, Body]:
-    spec = read_spec(file)
+    spec = source.spec.copy()
     pieces.put_into(spec)
     root = attach_body(spec, name, centre, planar=planar)
-    world = written_world(spec, file)
+    world = written_world(spec, source.path)
     return world, read_body(world.model, world.data, root)
 
 

@@ -50,6 +50,7 @@ class Scene:
     """
 
     path: Path
+    """File of the world; the name of the model if it was an editable model."""
     model: mujoco.MjModel
     """Compiled, with the body attached."""
     xml: str
@@ -103,6 +104,10 @@ class Scene:
     def beside_geoms(self) -> tuple[int, ...]:
         """Those of them beside the heights that a planar body moves in: floor, lintel, lamp."""
         return tuple(report.geom for report in self.geoms if report.role == "beside")
+
+    def spec(self) -> mujoco.MjSpec:
+        """The world flown as an editable model."""
+        return mujoco.MjSpec.from_string(self.xml)
 
     def free_space(self) -> FreeSpace:
         """Exact convex decomposition of the free space of the body's centre."""

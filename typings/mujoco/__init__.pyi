@@ -63,16 +63,22 @@ class MjModel:
     actuator_trnid: _Ints  # (nu, 2)
     actuator_trntype: _Ints
     body_dofnum: _Ints
+    body_gravcomp: _Floats
+    body_inertia: _Floats  # (nbody, 3)
     body_ipos: _Floats  # (nbody, 3)
+    body_iquat: _Floats  # (nbody, 4)
     body_jntadr: _Ints
     body_jntnum: _Ints
     body_mass: _Floats
     body_mocapid: _Ints
     body_parentid: _Ints
+    body_pos: _Floats  # (nbody, 3)
+    body_quat: _Floats  # (nbody, 4)
     body_weldid: _Ints
     dof_armature: _Floats  # (nv,)
     dof_bodyid: _Ints
     dof_damping: _Floats  # (nv,)
+    dof_frictionloss: _Floats  # (nv,)
     exclude_signature: _Ints
     flex_conaffinity: _Ints
     flex_contype: _Ints
@@ -117,7 +123,13 @@ class MjModel:
     nbody: int
     nflex: int
     ngeom: int
+    nhfield: int
+    njnt: int
+    nmesh: int
+    nnumeric: int
+    npair: int
     nq: int
+    nsite: int
     nu: int
     numeric_adr: _Ints
     numeric_data: _Floats
@@ -130,10 +142,16 @@ class MjModel:
     pair_margin: _Floats
     qpos0: _Floats  # (nq,)
     site_bodyid: _Ints
+    site_group: _Ints
+    site_pos: _Floats  # (nsite, 3)
+    site_quat: _Floats  # (nsite, 4)
+    site_size: _Floats  # (nsite, 3)
     stat: MjStatistic
     vis: MjVisual
     @staticmethod
     def from_xml_path(filename: str) -> MjModel: ...
+    @staticmethod
+    def from_binary_path(filename: str) -> MjModel: ...
     @staticmethod
     def from_xml_string(xml: str, assets: dict[str, bytes] | None = None) -> MjModel: ...
     def actuator(self, key: int | str) -> _Named: ...
@@ -151,28 +169,38 @@ class MjOption:
     timestep: float
 
 class MjSpec:
+    assets: dict[str, bytes]
     actuators: Sequence[MjsActuator]
     bodies: Sequence[MjsBody]
+    compiler: MjsCompiler
     excludes: Sequence[MjsExclude]
     geoms: Sequence[MjsGeom]
+    hfields: Sequence[MjsHField]
     joints: Sequence[MjsJoint]
     materials: Sequence[MjsMaterial]
     meshdir: str
     meshes: Sequence[MjsMesh]
+    modelfiledir: str
+    modelname: str
     option: MjOption
     pairs: Sequence[MjsPair]
     sites: Sequence[MjsSite]
     stat: MjStatistic
     texturedir: str
+    textures: Sequence[MjsTexture]
     visual: MjVisual
     worldbody: MjsBody
     def __init__(self) -> None: ...
-    def add_mesh(self, **attributes: Any) -> MjsMesh: ...
-    def add_pair(self, **attributes: Any) -> MjsPair: ...
     @staticmethod
     def from_file(filename: str, assets: dict[str, bytes] | None = None) -> MjSpec: ...
     @staticmethod
     def from_string(xml: str, assets: dict[str, bytes] | None = None) -> MjSpec: ...
+    def add_actuator(self, **attributes: Any) -> MjsActuator: ...
+    def add_exclude(self, **attributes: Any) -> MjsExclude: ...
+    def add_hfield(self, **attributes: Any) -> MjsHField: ...
+    def add_mesh(self, **attributes: Any) -> MjsMesh: ...
+    def add_numeric(self, **attributes: Any) -> MjsNumeric: ...
+    def add_pair(self, **attributes: Any) -> MjsPair: ...
     def attach(
         self,
         child: MjSpec,
@@ -216,6 +244,11 @@ class MjsBody:
     def add_body(self, **attributes: Any) -> MjsBody: ...
     def add_frame(self, **attributes: Any) -> MjsFrame: ...
     def add_geom(self, **attributes: Any) -> MjsGeom: ...
+    def add_joint(self, **attributes: Any) -> MjsJoint: ...
+    def add_site(self, **attributes: Any) -> MjsSite: ...
+
+class MjsCompiler:
+    degree: bool
 
 class MjsExclude:
     name: str
@@ -244,6 +277,14 @@ class MjsGeom:
     size: _Floats  # (3,)
     type: mjtGeom
 
+class MjsHField:
+    content_type: str
+    file: str
+    name: str
+    ncol: int
+    nrow: int
+    userdata: ArrayLike  # (nrow ncol,)
+
 class MjsJoint:
     axis: _Floats  # (3,)
     name: str
@@ -255,6 +296,7 @@ class MjsMaterial:
     rgba: NDArray[np.float32]  # (4,)
 
 class MjsMesh:
+    content_type: str
     file: str
     name: str
     refpos: ArrayLike  # (3,)
@@ -281,6 +323,16 @@ class MjsSite:
     pos: _Floats  # (3,)
     quat: _Floats  # (4,)
     def attach_body(self, body: MjsBody, prefix: str = "", suffix: str = "") -> MjsBody: ...
+
+class MjsTexture:
+    builtin: mjtBuiltin
+    content_type: str
+    cubefiles: Sequence[str]
+    file: str
+    height: int
+    rgb1: ArrayLike  # (3,)
+    type: mjtTexture
+    width: int
 
 class MjrContext:
     def __init__(self, model: MjModel, fontscale: int) -> None: ...
@@ -360,6 +412,7 @@ def mj_name2id(m: MjModel, type: int, name: str) -> int: ...  # -1 when there is
 def mj_objectVelocity(
     m: MjModel, d: MjData, objtype: int, objid: int, res: _Floats, flg_local: int
 ) -> None: ...
+def mj_saveModel(m: MjModel, filename: str) -> None: ...
 def mj_step(m: MjModel, d: MjData, nstep: int = 1) -> None: ...
 def mjr_readPixels(
     rgb: _Bytes | None, depth: NDArray[np.float32] | None, viewport: MjrRect, con: MjrContext
@@ -367,7 +420,10 @@ def mjr_readPixels(
 def mjr_render(viewport: MjrRect, scn: MjvScene, con: MjrContext) -> None: ...
 def mjr_setBuffer(framebuffer: int, con: MjrContext) -> None: ...
 def mju_mat2Quat(quat: _Floats, mat: _Floats) -> None: ...
+def mju_mulQuat(res: _Floats, quat1: _Floats, quat2: _Floats) -> None: ...
+def mju_negQuat(res: _Floats, quat: _Floats) -> None: ...
 def mju_quat2Mat(res: _Floats, quat: _Floats) -> None: ...
+def mju_rotVecQuat(res: _Floats, vec: _Floats, quat: _Floats) -> None: ...
 def mjv_connector(geom: MjvGeom, type: int, width: float, from_: _Floats, to: _Floats) -> None: ...
 def mjv_initGeom(
     geom: MjvGeom,
@@ -391,6 +447,9 @@ class mjtBias(enum.IntEnum):
     mjBIAS_NONE = 0
 
 def set_mju_user_warning(handler: Callable[[str], object] | None) -> None: ...
+
+class mjtBuiltin(enum.IntEnum):
+    mjBUILTIN_FLAT = 3
 
 class mjtCamera(enum.IntEnum):
     mjCAMERA_FREE = 0
@@ -442,6 +501,7 @@ class mjtMeshInertia(enum.IntEnum):
     mjMESH_INERTIA_SHELL = 3
 
 class mjtObj(enum.IntEnum):
+    mjOBJ_HFIELD = 12
     mjOBJ_BODY = 1
     mjOBJ_SITE = 6
     mjOBJ_CAMERA = 7
@@ -454,6 +514,9 @@ class mjtOrientation(enum.IntEnum):
 
 class mjtRndFlag(enum.IntEnum):
     mjRND_REFLECTION = 2
+
+class mjtTexture(enum.IntEnum):
+    mjTEXTURE_2D = 0
 
 class mjtTrn(enum.IntEnum):
     mjTRN_JOINT = 0
