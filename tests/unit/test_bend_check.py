@@ -16,7 +16,8 @@ from hzmp_planners.planning import Plan, plan
 from hzmp_planners.planning.certificate import SOURCE, TARGET, Certificate, CrossingGraph
 from hzmp_planners.planning.checks.bounds import certified_bound
 from hzmp_planners.planning.checks.edge_list import list_edges, open_parts
-from hzmp_planners.planning.crossings import CrossingGraphs, prune_pairs
+from hzmp_planners.planning.clock import Clock, finished
+from hzmp_planners.planning.crossings import build_crossings, prune_pairs
 from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.relaxation import solve_relaxation
 from hzmp_planners.planning.roadmap import Query
@@ -30,7 +31,7 @@ CUBE = (np.zeros(3), np.ones(3))
 @pytest.fixture(autouse=True)
 def bends_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """Worlds as small as these would be bounded over their few faces."""
-    monkeypatch.setattr("hzmp_planners.planning.planner._FEW_PAIRS", 0)
+    monkeypatch.setattr("hzmp_planners.planning.strategy._FEW_PAIRS", 0)
 
 
 @cache
@@ -234,8 +235,7 @@ def test_a_chain_over_faces_is_accepted_in_3d_too() -> None:
         result.start, result.goal, space.leaves_at(result.start), space.leaves_at(result.goal)
     )
     detours, _ = least_detour(space.graph.corners, result.start, result.goal)
-    first = CrossingGraphs(space.graph, query, detours, result.cost).first
-    assert first is not None
+    first = finished(build_crossings(space.graph, query, detours, result.cost, Clock()))
     relaxation = solve_relaxation(first, result.cost, 20.0)
     assert relaxation is not None
     certificate = relaxation.certificate

@@ -15,7 +15,8 @@ from hzmp_planners.planning.bends.bend_graph import BendGraphs, BendWorld, never
 from hzmp_planners.planning.bends.blockers import build_blockers
 from hzmp_planners.planning.bends.edges import obstacle_edges
 from hzmp_planners.planning.bends.exposure import exposed_edges
-from hzmp_planners.planning.bends.sight import hidden
+from hzmp_planners.planning.bends.sight import Sight
+from hzmp_planners.planning.clock import Clock, finished
 from hzmp_planners.planning.relaxation import solve_relaxation
 from hzmp_planners.sets import Polytope
 from oracles import Floats, World, depth_in_obstacles, random_free_points, random_world, rotation
@@ -34,8 +35,8 @@ def pyramid(sides: int, height: float, below: float = 0.0) -> Floats:
 
 def raw_bounds(space: FreeSpace, start: Floats, goal: Floats, threshold: float) -> list[float]:
     """Bounds of the bend graphs alone: nobody takes the least of them and a path's length."""
-    graphs = BendGraphs(BendWorld(space), start, goal, threshold)
-    graph, bounds = graphs.first, [0.0]
+    graphs = BendGraphs(BendWorld(space), start, goal, Clock())
+    graph, bounds = finished(graphs.build(threshold)), [0.0]
     while graph is not None and len(bounds) < 5 and len(graph.pairs) < _MOST_PAIRS:
         if not len(graph.pairs):
             return [*bounds, threshold]
@@ -44,7 +45,8 @@ def raw_bounds(space: FreeSpace, start: Floats, goal: Floats, threshold: float) 
         bounds.append(relaxation.certificate.bound())
         kept = relaxation.certificate.least_through() < threshold
         cuts = graphs.loose_points(relaxation)
-        graph = graphs.divide(replace(graph, pairs=graph.pairs[kept]), cuts, threshold)
+        pruned = replace(graph, pairs=graph.pairs[kept])
+        graph = finished(graphs.divide(pruned, cuts, threshold))
     return bounds
 
 
@@ -180,7 +182,8 @@ def test_what_is_hidden_sees_nothing() -> None:
         world = random_world(rng, "rotated", 3, 6)
         pieces = rng.random((12, 1, 3)) + 0.3 * rng.uniform(-1.0, 1.0, (12, 2, 3))
         pairs = np.array(list(product(range(6), range(6, 12))))
-        for i, j in pairs[hidden(pieces, pairs, build_blockers(world.obstacles), 1e-9)].tolist():
+        sight = Sight(pieces, build_blockers(world.obstacles), 1e-9)
+        for i, j in pairs[sight.hidden(pairs)].tolist():
             x, z = (w[0] + rng.random() * (w[1] - w[0]) for w in pieces[[i, j]])
             assert depth_in_obstacles(world, x + share * (z - x)).max() > -0.05
             count += 1

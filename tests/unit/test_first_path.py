@@ -27,7 +27,7 @@ def asked(space: FreeSpace, start: Floats, goal: Floats) -> Query:
 def first_route(space: FreeSpace, query: Query, time_limit: float = math.inf) -> Route | None:
     began = time.perf_counter()
     attempt = Attempt(space.graph, query, gap=0.0)
-    attempt.resume(began, time_limit)
+    attempt.clock.resume(began, time_limit)
     offer_first(attempt, space)
     return attempt.route
 

@@ -313,7 +313,7 @@ class FreeSpace:
         else:
             graph = build_door_graph(self._cover, self.scale)
         # Computed now: what all queries share should not cost the first one its time.
-        _ = graph.pairs, graph.components
+        _ = graph.pairs, graph.components, self.halfspaces
         return graph
 
     def hybrid_zonotope(self) -> HybridZonotope:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -14,13 +12,15 @@ import numpy as np
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.free_space import LeafGraph
 from hzmp_planners.planning.certificate import Certificate
+from hzmp_planners.planning.clock import Clock
 from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.planar.certificate import CornerCertificate
-from hzmp_planners.planning.refine import refine
+from hzmp_planners.planning.refine import FACE_TIME, refine
 from hzmp_planners.planning.result import PlanStatus, path_length
 from hzmp_planners.planning.roadmap import FaceSequence, Query, leaf_route
 
 _ROUNDED_DOWN = 1.0 - 1e-14
+_MEASURED = 1500  # faces whose detours are found at a time
 
 Veto = Callable[[Floats, Floats], bool]
 """Says whether the segment between two points (n,) [m] must not be used."""
@@ -84,36 +84,24 @@ class Attempt:
         self.history: list[tuple[float, float, float]] = []
         self.samples: list[Floats] = [np.zeros((0, query.start.size))]
         self._gap, self._veto, self._report = gap, veto, report
-        self._began = self._deadline = -math.inf
+        self.clock = Clock()
+        self.detours: Floats = np.zeros(0)
+        """f* of each face (F,) [m]: see `detour`. It is there after `measure_faces`."""
+        self.nearest: Floats = np.zeros((0, query.start.size))
+        """Where that is attained (F, n) [m]."""
         self._tried: set[FaceSequence] = set()
 
-    def resume(self, began: float, time_limit: float) -> None:
-        """Set the clock: the time spent so far counts, that between `pause` and now does not.
+    def measure_faces(self) -> Generator[None, None, None]:
+        """Find `detours` and `nearest`, once; yields whenever the time is over."""
+        corners, start, goal = self.graph.corners, self.query.start, self.query.goal
+        if len(self.detours) == len(corners):
+            return
 
-        Args:
-            began: when this round began, by `time.perf_counter` [s].
-            time_limit: of this round [s].
-        """
-        spent = self._paused - self._began if math.isfinite(self._began) else 0.0
-        self._began, self._deadline = began - spent, began + time_limit
+        def work(rows: slice) -> Floats:
+            return np.column_stack(least_detour(corners[rows], start, goal))
 
-    def pause(self) -> None:
-        """Stop the clock."""
-        self._paused = time.perf_counter()
-
-    @cached_property
-    def _over_faces(self) -> tuple[Floats, Floats]:
-        return least_detour(self.graph.corners, self.query.start, self.query.goal)
-
-    @property
-    def detours(self) -> Floats:
-        """f* of each face, shape (F,) [m]: see `detour`."""
-        return self._over_faces[0]
-
-    @property
-    def nearest(self) -> Floats:
-        """The point of each face where f* is attained, shape (F, n) [m]."""
-        return self._over_faces[1]
+        measured = yield from self.clock.in_pieces(work, len(corners), _MEASURED)
+        self.detours, self.nearest = measured[:, 0], measured[:, 1:]
 
     @property
     def cost(self) -> float:
@@ -133,7 +121,7 @@ class Attempt:
     @property
     def time_left(self) -> float:
         """Time until the deadline [s]; negative when it is over."""
-        return self._deadline - time.perf_counter()
+        return self.clock.time_left
 
     @property
     def closed(self) -> bool:
@@ -158,15 +146,19 @@ class Attempt:
         """Those that have not been refined yet."""
         return [faces for faces in sequences if faces not in self._tried]
 
-    def try_sequence(self, faces: Sequence[int]) -> None:
-        """Refine the route along some faces, once, and take it when it is the best."""
+    def try_sequence(self, faces: Sequence[int]) -> Generator[None, None, None]:
+        """Refine the route along some faces, once, and take it when it is the best.
+
+        Yields whenever the time is over.
+        """
         query = self.query
         sequence, leaves = leaf_route(self.graph, query, list(faces))
         if sequence in self._tried:
             return
+        yield from self.clock.wait_for(FACE_TIME * len(sequence))
         self._tried.add(sequence)
         corners = self.graph.corners[list(sequence)]
-        waypoints = refine(query.start, query.goal, corners, self.time_left)
+        waypoints = refine(query.start, query.goal, corners)
         self.offer(Route(waypoints, leaves, path_length(waypoints)))
 
     def offer(self, route: Route) -> None:
@@ -200,7 +192,7 @@ class Attempt:
 
     def record(self) -> None:
         """Add the present state to the history, and report it."""
-        spent = time.perf_counter() - self._began
+        spent = self.clock.spent
         self.history.append((spent, self.cost, self.bound))
         if self._report is not None:
             none = np.zeros((0, self.query.start.size))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+
 import numpy as np
 from scipy.sparse.csgraph import breadth_first_order
 
@@ -10,40 +12,48 @@ from hzmp_planners._links import link_matrix
 from hzmp_planners._polygons import clip_polygon
 from hzmp_planners.free_space import LeafGraph
 from hzmp_planners.planning.certificate import SOURCE, TARGET, CrossingGraph, Cuts
+from hzmp_planners.planning.clock import Clock
 from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.relaxation import Relaxation
 from hzmp_planners.planning.roadmap import Query
 from hzmp_planners.planning.rounding import mixing_points
 
+_BOUNDED = 1000  # pairs whose bounds are found at a time
+_LISTED = 2e-5  # [s] to list the crossings that may follow those of a face (measured)
+
 
 class CrossingGraphs:
-    """The crossing graphs of one query: the first one, and finer ones whose faces are divided."""
+    """The crossing graphs that follow a first one, with faces divided."""
 
-    def __init__(self, graph: LeafGraph, query: Query, detours: Floats, threshold: float) -> None:
-        self.first = build_crossings(graph, query, detours < threshold, threshold)
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
 
     def loose_points(self, relaxation: Relaxation) -> Cuts:
         """The faces on which flows mix most, at their mean points."""
         return mixing_points(relaxation)
 
-    def divide(self, graph: CrossingGraph, cuts: Cuts, threshold: float) -> CrossingGraph:
+    def divide(
+        self, graph: CrossingGraph, cuts: Cuts, threshold: float
+    ) -> Generator[None, None, CrossingGraph]:
         """Cut faces in two, and leave out what the halves exclude."""
         divided = split_nodes(graph, cuts)
-        return prune_pairs(divided, three_leg_bounds(divided) < threshold)
+        return prune_pairs(divided, (yield from short_pairs(divided, threshold, self._clock)))
 
 
 def build_crossings(
-    graph: LeafGraph, query: Query, active: Bools, threshold: float
-) -> CrossingGraph:
-    """All directed crossings of active faces that a path shorter than `threshold` may make.
+    graph: LeafGraph, query: Query, detours: Floats, threshold: float, clock: Clock
+) -> Generator[None, None, CrossingGraph]:
+    """All directed crossings of faces that a path shorter than `threshold` may make.
 
     Args:
         graph: leaves and shared faces.
         query: start and goal.
-        active: faces that meet the informed set, shape (F,).
-        threshold: pairs that only paths this long or longer use are left out [m].
+        detours: f* of each face, shape (F,) [m].
+        threshold: faces and pairs that only paths this long or longer use are left out [m].
+        clock: yields whenever its time is over.
     """
-    faces = np.flatnonzero(active)
+    faces = np.flatnonzero(detours < threshold)
+    yield from clock.wait_for(_LISTED * len(faces))
     ends, n = graph.ends[faces], query.start.size
     k = graph.corners.shape[1]
     terminals = np.array([[query.start] * k, [query.goal] * k])
@@ -66,17 +76,32 @@ def build_crossings(
     heads += [first, np.full(len(last), TARGET)]
     pairs = np.column_stack([np.concatenate(tails), np.concatenate(heads)]).astype(np.int64)
     whole = CrossingGraph(corners.reshape(-1, k, n), face, into, out_of, pairs)
-    return prune_pairs(whole, three_leg_bounds(whole) < threshold)
+    return prune_pairs(whole, (yield from short_pairs(whole, threshold, clock)))
 
 
-def three_leg_bounds(graph: CrossingGraph) -> Floats:
+def short_pairs(
+    graph: CrossingGraph, threshold: float, clock: Clock
+) -> Generator[None, None, Bools]:
+    """Pairs that a path shorter than the threshold [m] may use, shape (E,)."""
+
+    def work(rows: slice) -> Bools:
+        return np.asarray(three_leg_bounds(graph, graph.pairs[rows]) < threshold)
+
+    return (yield from clock.in_pieces(work, len(graph.pairs), _BOUNDED))
+
+
+def three_leg_bounds(graph: CrossingGraph, pairs: Ints) -> Floats:
     """Lower bound of |x - s| + |z - x| + |g - z| over the faces of each pair, shape (E,) [m].
 
     |v| >= u.v for unit u makes the sum linear, minimal at vertices; the directions u are those of
     a nearly optimal x and z, found by two rounds of exact detours.
+
+    Args:
+        graph: nodes.
+        pairs: shape (E, 2).
     """
     s, g = graph.corners[SOURCE, 0], graph.corners[TARGET, 0]
-    tail, head = graph.corners[graph.pairs[:, 0]], graph.corners[graph.pairs[:, 1]]
+    tail, head = graph.corners[pairs[:, 0]], graph.corners[pairs[:, 1]]
     _, z = least_detour(head, s, g)
     _, x = least_detour(tail, s, z)
     _, z = least_detour(head, x, g)

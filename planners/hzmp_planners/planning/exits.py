@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 
 from hzmp_planners.free_space import LeafGraph
@@ -22,12 +24,12 @@ class Exits:
     def __init__(self, graph: LeafGraph) -> None:
         self._graph = graph
         self._known: dict[int, list[Exit]] = {}
-        corners = graph.corners
+        corners = list(graph.corners.transpose(1, 0, 2))
         self._rows = np.zeros((len(graph), 10))  # an exit without its face and leaf
         self._rows[:, : graph.n] = graph.normals
         self._rows[:, 3] = graph.offsets
-        self._rows[:, 4 : 4 + graph.n] = corners.min(axis=1)
-        self._rows[:, 7 : 7 + graph.n] = corners.max(axis=1)
+        self._rows[:, 4 : 4 + graph.n] = reduce(np.minimum, corners)
+        self._rows[:, 7 : 7 + graph.n] = reduce(np.maximum, corners)
 
     def of(self, leaf: int) -> list[Exit]:
         """The ways out of a leaf."""

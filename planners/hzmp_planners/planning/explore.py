@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 
 import numpy as np
 
 from hzmp_planners.planning.attempt import Attempt
 from hzmp_planners.planning.follow import beside
-from hzmp_planners.planning.refine import rank_together
-from hzmp_planners.planning.roadmap import FaceSequence, sample_faces, search_sequences
+from hzmp_planners.planning.refine import SWEEP_TIME, rank_together
+from hzmp_planners.planning.roadmap import FaceSequence, sample_faces, search_sequences, search_time
 
 _ROUNDS = 12
 _CANDIDATES = 64  # distinct sequences that are ranked in each round
@@ -30,35 +29,38 @@ def explore(attempt: Attempt, rng: np.random.Generator) -> Iterator[None]:
     n = query.start.size
     candidates = attempt.nearest[:, None]
     for number in range(_ROUNDS):
-        began = time.perf_counter()
         before = attempt.cost
         active = attempt.detours < attempt.limit
         attempt.samples.append(candidates[active].reshape(-1, n))
         most = _CANDIDATES if number else 1
+        needed = search_time(graph, active, candidates.shape[1], most)
+        yield from attempt.clock.wait_for(needed)
         found = search_sequences(graph, query, candidates, active, most)
-        for faces in _most_promising(attempt, found):
-            attempt.try_sequence(faces)
-            if attempt.done:
-                break
+        for faces in (yield from _most_promising(attempt, found)):
+            yield from attempt.try_sequence(faces)
+            if attempt.closed:
+                return
         idle = number > 1 and attempt.cost > before * (1.0 - _GAIN)
-        if attempt.closed or idle:
+        if idle:
             return
-        # Rounds take about equally long: one that would run over the deadline is not begun.
-        if time.perf_counter() - began > attempt.time_left:
-            yield
+        yield from attempt.clock.wait_for()
         uniform = sample_faces(graph.corners, _UNIFORM, rng)
-        route = attempt.route
-        beside_route = attempt.nearest if route is None else beside(attempt, route.waypoints)
-        known = [beside_route[:, None], attempt.nearest[:, None]]
+        route, nearest = attempt.route, attempt.nearest
+        by_route = nearest if route is None else (yield from beside(attempt, route.waypoints))
+        known = [by_route[:, None], nearest[:, None]]
         candidates = np.concatenate([*known, uniform], axis=1)
 
 
-def _most_promising(attempt: Attempt, found: list[FaceSequence]) -> list[FaceSequence]:
+def _most_promising(
+    attempt: Attempt, found: list[FaceSequence]
+) -> Generator[None, None, list[FaceSequence]]:
     """The sequences worth an exact refinement: those shortest after a few joint sweeps."""
     fresh = attempt.untried(found)
     if len(fresh) <= 1:
         return fresh
     query = attempt.query
     routes = [attempt.graph.corners[list(faces)] for faces in fresh]
+    faces = sum(len(route) for route in routes)
+    yield from attempt.clock.wait_for(SWEEP_TIME * _SWEEPS * faces)
     lengths = rank_together(query.start, query.goal, routes, _SWEEPS)
     return [fresh[i] for i in np.argsort(lengths, kind="stable")[:_REFINED].tolist()]

@@ -26,13 +26,12 @@ _CHECKED = 16  # leaves between two looks at the clock
 _EAGER = 1.05  # weight of the way that is left: a third fewer leaves are looked at than with 1
 
 
-def offer_first(attempt: Attempt, space: FreeSpace) -> None:
-    """Offer a short path, though seldom the shortest; none when time is up."""
+def offer_first(attempt: Attempt, space: FreeSpace) -> bool:
+    """Offer a short path, though seldom the shortest; False when the time is over before that."""
     query, graph = attempt.query, attempt.graph
-    deadline = time.perf_counter() + attempt.time_left
-    found = search_leaves(prepared(space).exits, query, deadline)
+    found = search_leaves(prepared(space).exits, query, attempt.clock.deadline)
     if found is None:
-        return
+        return False
     faces, leaves, near = found
     corners = graph.corners[faces]
     if space.n == 2 and space.disjoint:
@@ -42,6 +41,7 @@ def offer_first(attempt: Attempt, space: FreeSpace) -> None:
         rough = np.vstack([query.start, near[:, : space.n], query.goal])
         points = sweep(rough[None], corners[None], 1)[0]
     attempt.offer(Route(points, leaves, path_length(points)))
+    return True
 
 
 def search_leaves(

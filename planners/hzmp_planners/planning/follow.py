@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Generator
 from itertools import pairwise
 
 import numpy as np
@@ -15,15 +16,18 @@ from hzmp_planners.planning.result import path_length
 from hzmp_planners.planning.roadmap import search_sequences
 
 
-def follow(attempt: Attempt, path: Floats) -> None:
-    """Try the shortest route over the points on faces that a polyline (k, n) passes by."""
+def follow(attempt: Attempt, path: Floats) -> Generator[None, None, None]:
+    """Try the shortest route over the points on faces that a polyline (k, n) passes by.
+
+    Yields whenever the time is over; so do the others.
+    """
     active = attempt.detours < attempt.cost
-    candidates = beside(attempt, path)[:, None]
+    candidates = (yield from beside(attempt, path))[:, None]
     for faces in search_sequences(attempt.graph, attempt.query, candidates, active, 1):
-        attempt.try_sequence(faces)
+        yield from attempt.try_sequence(faces)
 
 
-def offer_known(attempt: Attempt, space: FreeSpace, path: Floats) -> None:
+def offer_known(attempt: Attempt, space: FreeSpace, path: Floats) -> Generator[None, None, None]:
     """Offer a polyline (k, n), its ends replaced by start and goal, and what it tightens to."""
     query = attempt.query
     traced = space.trace(np.vstack([query.start, path[1:-1], query.goal]))
@@ -33,7 +37,7 @@ def offer_known(attempt: Attempt, space: FreeSpace, path: Floats) -> None:
     attempt.offer(Route(points, leaves, path_length(points)))
     faces = faces_between(attempt.graph, leaves)
     if faces is not None:
-        attempt.try_sequence(faces)
+        yield from attempt.try_sequence(faces)
 
 
 def faces_between(graph: LeafGraph, leaves: Ints) -> list[int] | None:
@@ -47,7 +51,7 @@ def faces_between(graph: LeafGraph, leaves: Ints) -> list[int] | None:
     return passed
 
 
-def beside(attempt: Attempt, path: Floats) -> Floats:
+def beside(attempt: Attempt, path: Floats) -> Generator[None, None, Floats]:
     """On each face, the point that a path close to a polyline would cross most cheaply, (F, n).
 
     Of all windows of two segments of the polyline, the one whose least detour over the face adds
@@ -58,6 +62,7 @@ def beside(attempt: Attempt, path: Floats) -> Floats:
     corners, added = attempt.graph.corners[near], np.full(len(near), math.inf)
     step = min(2, len(path) - 1)
     for k in range(len(path) - step):
+        yield from attempt.clock.wait_for()
         window = path[k : k + step + 1]
         detour, where = least_detour(corners, window[0], window[-1])
         extra = detour - path_length(window)

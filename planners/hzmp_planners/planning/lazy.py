@@ -18,7 +18,7 @@ from hzmp_planners._links import link_matrix
 from hzmp_planners.planning.attempt import Attempt, Route
 from hzmp_planners.planning.refine import refine
 from hzmp_planners.planning.result import path_length
-from hzmp_planners.planning.roadmap import GOAL, START, chain_to, roadmap, sample_faces
+from hzmp_planners.planning.roadmap import GOAL, START, chain_to, roadmap, sample_faces, search_time
 
 _FIRST, _MOST = 1, 32  # random samples on each face: in the first round, at the most
 _IDLE = 3  # rounds without gain before it is given up
@@ -32,15 +32,16 @@ def explore_with_veto(attempt: Attempt, rng: np.random.Generator) -> Iterator[No
     count, idle = _FIRST, 0
     while idle < _IDLE:
         before = attempt.cost
+        active = attempt.detours < before
+        yield from attempt.clock.wait_for(search_time(graph, active, count + 1, 1))
         samples = sample_faces(graph.corners, count, rng)
         samples = np.concatenate([attempt.nearest[:, None], samples], axis=1)
         per_face = samples.shape[1]
         nodes = np.concatenate([query.start[None], query.goal[None], samples.reshape(-1, graph.n)])
-        links = roadmap(graph, query, nodes, per_face, attempt.detours < before)
+        links = roadmap(graph, query, nodes, per_face, active)
         lengths = np.linalg.norm(nodes[links[:, 0]] - nodes[links[:, 1]], axis=1)
         while (path := _shortest(links, lengths, len(nodes))) is not None:
-            if attempt.time_left <= 0.0:
-                yield
+            yield from attempt.clock.wait_for()
             points = nodes[path]
             if path_length(points) >= attempt.cost:
                 break

@@ -14,6 +14,7 @@ from hzmp_planners._arrays import Floats, Ints, as_point, as_points, frozen
 from hzmp_planners.errors import QueryError
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.attempt import Attempt, Improvement, Veto
+from hzmp_planners.planning.clock import no_collection
 from hzmp_planners.planning.paper.settings import PaperSettings
 from hzmp_planners.planning.result import Plan
 from hzmp_planners.planning.roadmap import Query
@@ -89,7 +90,9 @@ class Planner:
         """The best path and bound after some more time, or when nothing is left to do.
 
         Args:
-            time_limit: of this call [s]. The first one includes setting up.
+            time_limit: of this call [s]. The first one includes setting up. It is kept within 5 ms
+                or 5 %, whichever is more, once the space has its leaf graph. Up to 5 s Python's
+                garbage collection is paused meanwhile.
             cutoff: paths as long as this or longer are of no interest [m]: a bound that excludes
                 shorter ones is enough. Later calls may lower it.
 
@@ -99,13 +102,16 @@ class Planner:
         if not time_limit > 0.0:
             raise QueryError(f"time_limit must be positive [s], got {time_limit}")
         attempt = self._attempt
-        attempt.resume(time.perf_counter() if self._began is None else self._began, time_limit)
+        attempt.clock.resume(
+            time.perf_counter() if self._began is None else self._began, time_limit
+        )
         self._began = None
         attempt.cutoff = min(attempt.cutoff, cutoff)
-        if not attempt.closed:
-            self._exhausted = next(self._steps, _END) is _END
-        attempt.pause()
-        return self._plan()
+        with no_collection(time_limit):
+            if not attempt.closed:
+                self._exhausted = next(self._steps, _END) is _END
+            attempt.clock.pause()
+            return self._plan()
 
     def _plan(self) -> Plan:
         """What is known, as a plan."""

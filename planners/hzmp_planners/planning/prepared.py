@@ -22,6 +22,11 @@ class Prepared:
         """For first paths."""
         return Exits(self.space.graph)
 
+    @property
+    def has_mesh(self) -> bool:
+        """Whether `mesh` has been made."""
+        return "mesh" in vars(self)
+
     @cached_property
     def mesh(self) -> Mesh:
         """For searches in the plane."""

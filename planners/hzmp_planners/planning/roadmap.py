@@ -16,6 +16,7 @@ from hzmp_planners._links import link_matrix
 from hzmp_planners.free_space import LeafGraph
 
 START, GOAL = 0, 1
+_LINK_TIME, _FOUND_TIME = 5e-7, 2e-4  # [s] that a search takes for a link and a sequence (measured)
 FaceSequence = tuple[int, ...]
 
 
@@ -99,6 +100,19 @@ def search_sequences(
         passed.update(visited)
         sequences.setdefault(leaf_route(graph, query, visited)[0])
     return list(sequences)
+
+
+def search_time(graph: LeafGraph, active: Bools, per_face: int, most: int) -> float:
+    """What `search_sequences` takes [s].
+
+    Args:
+        graph: leaves and shared faces.
+        active: faces that are used, shape (F,).
+        per_face: points on each of them.
+        most: how many sequences to find.
+    """
+    pairs = int((active[graph.pairs[:, 0]] & active[graph.pairs[:, 1]]).sum())
+    return _LINK_TIME * pairs * per_face**2 + _FOUND_TIME * most
 
 
 def roadmap(graph: LeafGraph, query: Query, nodes: Floats, per_face: int, active: Bools) -> Ints:

@@ -13,7 +13,7 @@ from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.attempt import Attempt, Route
 from hzmp_planners.planning.bends.bend_graph import BendGraphs
-from hzmp_planners.planning.crossings import CrossingGraphs
+from hzmp_planners.planning.crossings import CrossingGraphs, build_crossings
 from hzmp_planners.planning.detour import bottleneck_bound
 from hzmp_planners.planning.explore import explore
 from hzmp_planners.planning.first_path import offer_first
@@ -28,6 +28,9 @@ from hzmp_planners.planning.prove import prove
 from hzmp_planners.planning.result import path_length
 
 _SEARCHED = 0.6  # share of the time after which a search of the plane leaves the rest to samples
+_LISTED = 1e-5  # [s] to list a face for searches of the plane (measured)
+_JOINED = 1e-6  # [s] that the bottleneck's bound takes for each face (measured)
+_CERTIFIED = 5e-7  # [s] that a bound in the plane takes for each corner of the world (measured)
 _FEW_PAIRS = 500  # up to here a relaxation of everything below the cost is cheap
 _TRIED = 2  # relaxations over few faces before bends are tried
 
@@ -59,17 +62,21 @@ def steps(
         if attempt.closed:
             return
     elif known is not None:
-        offer_known(attempt, space, known)
+        yield from offer_known(attempt, space, known)
     if isinstance(paper, PaperSettings):
+        yield from attempt.measure_faces()
         yield from solve_paper(attempt, space, paper, np.random.default_rng(seed))
         return
     if not common:
-        if attempt.route is None:
-            offer_first(attempt, space)
+        while attempt.route is None and not offer_first(attempt, space):
+            yield
         if space.n == 2 and space.disjoint:
             yield from _search_plane(attempt, space, seed)
         if attempt.closed:
             return
+    yield from attempt.measure_faces()
+    if not common:
+        yield from attempt.clock.wait_for(_JOINED * len(graph))
         attempt.raise_bound(
             bottleneck_bound(attempt.detours, graph.ends, graph.leaf_count, starts, goals)
         )
@@ -89,18 +96,23 @@ def _shared(one: Ints, two: Ints) -> set[int]:
 
 def _search_plane(attempt: Attempt, space: FreeSpace, seed: int) -> Iterator[None]:
     """Find a shorter path in the plane or prove that none is; sample where that takes long."""
-    query, mesh = attempt.query, prepared(space).mesh
+    clock, query, tables = attempt.clock, attempt.query, prepared(space)
+    if not tables.has_mesh:
+        yield from clock.wait_for(_LISTED * len(attempt.graph))
+    mesh = tables.mesh
     search = TautSearch(mesh, query.start, query.goal, query.start_leaves, query.goal_leaves)
     exploration: Iterator[None] | None = None
     while True:
+        yield from clock.wait_for(_CERTIFIED * len(mesh.corners))
         limit = attempt.limit
-        search.run(limit, time.perf_counter() + _SEARCHED * attempt.time_left)
+        search.run(limit, time.perf_counter() + _SEARCHED * clock.time_left)
         if search.path is not None:
             points, leaves = search.path.waypoints, search.path.leaves
             attempt.offer(Route(points, leaves, path_length(points)))
         attempt.raise_bound(search.bound, certify(mesh, search, query.start, query.goal))
         if search.path is not None or search.bound >= limit:
             return
+        yield from attempt.measure_faces()
         if exploration is None:
             exploration = explore(attempt, np.random.default_rng(seed))
         next(exploration, None)
@@ -113,6 +125,7 @@ def _prove(attempt: Attempt, space: FreeSpace) -> Iterator[None]:
         yield from _prove_over_faces(attempt)
         return
     graph, world = attempt.graph, prepared(space).bends
+    yield from world.prepare(attempt.clock)
     near = attempt.detours < attempt.limit
     pairs = 2 * int(near[graph.pairs[:, :2]].all(axis=1).sum())
     # A few faces are quickly tried. Cracks that no path passes make the bends' bound lower.
@@ -120,17 +133,18 @@ def _prove(attempt: Attempt, space: FreeSpace) -> Iterator[None]:
         yield from _prove_over_faces(attempt, math.inf if world.cracked else _TRIED)
     if not attempt.closed:
         target = attempt.target
-        graphs = BendGraphs(world, attempt.query.start, attempt.query.goal, target)
-        yield from prove(attempt, graphs, target)
+        graphs = BendGraphs(world, attempt.query.start, attempt.query.goal, attempt.clock)
+        yield from prove(attempt, graphs, (yield from graphs.build(target)), target)
     if not attempt.closed and not world.cracked:  # else that was all that faces can prove
         yield from _prove_over_faces(attempt)
 
 
 def _prove_over_faces(attempt: Attempt, rounds: float = math.inf) -> Iterator[None]:
+    graph, query, clock = attempt.graph, attempt.query, attempt.clock
     threshold = attempt.limit
-    graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)
-    if len(graphs.first.pairs) > _FEW_PAIRS:
+    first = yield from build_crossings(graph, query, attempt.detours, threshold, clock)
+    if len(first.pairs) > _FEW_PAIRS:
         # Paths longer than this need no bound of their own: the gap is closed at it.
         threshold = attempt.target
-        graphs = CrossingGraphs(attempt.graph, attempt.query, attempt.detours, threshold)
-    yield from prove(attempt, graphs, threshold, rounds)
+        first = yield from build_crossings(graph, query, attempt.detours, threshold, clock)
+    yield from prove(attempt, CrossingGraphs(clock), first, threshold, rounds)

@@ -19,6 +19,7 @@ no door there. The bound is valid all the same, only lower.
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -31,9 +32,10 @@ from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.bends.blockers import Blockers, any_touch, build_blockers
 from hzmp_planners.planning.bends.edges import Edges, obstacle_edges
 from hzmp_planners.planning.bends.exposure import exposed_edges
-from hzmp_planners.planning.bends.sight import hidden
+from hzmp_planners.planning.bends.sight import Sight
 from hzmp_planners.planning.certificate import SOURCE, TARGET, CrossingGraph, Cuts
-from hzmp_planners.planning.crossings import prune_pairs, split_nodes, three_leg_bounds
+from hzmp_planners.planning.clock import Clock
+from hzmp_planners.planning.crossings import prune_pairs, short_pairs, split_nodes
 from hzmp_planners.planning.relaxation import Relaxation
 from hzmp_planners.planning.rounding import mixing_points
 
@@ -47,6 +49,9 @@ the edge's facets would not do: near a sharp edge or a flat ridge they are next 
 _SHORTEST = 1e-4  # pieces shorter than this are not cut for sight's sake [m at S = 1]
 _LEAST_FLOW = 1e-3  # flow below this is not worth a cut
 _MOST_PIECES = 1500  # their pairs are compared all at once
+_JOINED, _SEEN = 4000, 150  # pairs that are compared in other ways at a time
+_EXPOSED = 4e-6  # [s] to find the exposed parts of one edge (measured)
+_PREPARED = 1e-4  # [s] to list the edges of one obstacle, and whether it touches others (measured)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +70,12 @@ class BendWorld:
         """The obstacles."""
         return build_blockers(self.space.obstacles)
 
+    def prepare(self, clock: Clock) -> Generator[None, None, None]:
+        """Find all that is asked for below, unless it is known; yields while there is no time."""
+        if "cracked" not in vars(self):
+            yield from clock.wait_for(_PREPARED * len(self.space.obstacles))
+            _ = self.edges, self.cracked
+
     @cached_property
     def cracked(self) -> bool:
         """Whether obstacles touch, so that a string may pass where no path does."""
@@ -74,24 +85,27 @@ class BendWorld:
 class BendGraphs:
     """The bend graphs of one query: the first one, and finer ones whose pieces are divided."""
 
-    def __init__(self, world: BendWorld, start: Floats, goal: Floats, threshold: float) -> None:
-        space = world.space
-        scale, foci = space.scale, (start, goal)
-        edges = exposed_edges(world.edges, world.blockers, space.bounds, foci, threshold, scale)
-        middle, reach = (start + goal) / 2.0, threshold / 2.0
-        self._scale = scale
+    def __init__(self, world: BendWorld, start: Floats, goal: Floats, clock: Clock) -> None:
+        self._world, self._foci, self._clock = world, (start, goal), clock
+        self._scale = world.space.scale
+
+    def build(self, threshold: float) -> Generator[None, None, CrossingGraph | None]:
+        """Everything that a path shorter than the threshold may do; None where that is too much."""
+        world, foci = self._world, self._foci
+        bounds, scale = world.space.bounds, self._scale
+        yield from self._clock.wait_for(_EXPOSED * len(world.edges))
+        edges = exposed_edges(world.edges, world.blockers, bounds, foci, threshold, scale)
+        if len(edges) > _MOST_PIECES:
+            return None
+        middle, reach = (foci[0] + foci[1]) / 2.0, threshold / 2.0
         self._blockers = world.blockers.within(middle - reach, middle + reach)
         self._normals = np.concatenate([np.zeros((2, 2, 3)), edges.normals])
-        self.first = self._build(edges, foci, threshold) if len(edges) <= _MOST_PIECES else None
-        """Everything that a path shorter than the threshold may do; None where that is too much."""
-
-    def _build(self, edges: Edges, foci: tuple[Floats, Floats], threshold: float) -> CrossingGraph:
         pieces = np.concatenate([np.array([[foci[0]] * 2, [foci[1]] * 2]), edges.ends])
         tail, head = np.nonzero(_short_enough(pieces, foci, threshold))
         number, pairs = np.arange(len(pieces)), np.column_stack([tail, head])
         owner, facets = (np.append([-1, -1], part) for part in (edges.owner, edges.facets))
         graph = CrossingGraph(pieces, number, owner, facets, pairs, "edges")
-        return self._without_excluded(graph, np.ones(len(pieces), dtype=np.bool_))
+        return (yield from self._without_excluded(graph, np.ones(len(pieces), dtype=np.bool_)))
 
     def loose_points(self, relaxation: Relaxation) -> Cuts:
         """Pieces that the flow joins by a blocked line of sight, and those on which it mixes."""
@@ -100,7 +114,7 @@ class BendGraphs:
         points = np.concatenate([relaxation.tails[used], relaxation.heads[used]])[:, None]
         number = np.arange(len(used))
         sight = np.column_stack([number, number + len(used)])
-        blocked = hidden(points, sight, self._blockers, _MARGIN * self._scale, 0)
+        blocked = self._sight(points).hidden(sight, 0)
         cuts = mixing_points(relaxation)
         order = np.argsort(-relaxation.flow[used[blocked]], kind="stable")
         for row in used[blocked][order][: len(graph.corners)].tolist():
@@ -112,24 +126,39 @@ class BendGraphs:
                         cuts[node] = cut
         return cuts
 
-    def divide(self, graph: CrossingGraph, cuts: Cuts, threshold: float) -> CrossingGraph:
+    def divide(
+        self, graph: CrossingGraph, cuts: Cuts, threshold: float
+    ) -> Generator[None, None, CrossingGraph]:
         """Cut pieces in two, and leave out what the halves exclude."""
         divided = split_nodes(graph, cuts)
-        divided = replace(divided, pairs=divided.pairs[three_leg_bounds(divided) < threshold])
+        short = yield from short_pairs(divided, threshold, self._clock)
         changed = np.arange(len(divided.corners)) >= len(graph.corners)
         changed[list(cuts)] = True
-        return self._without_excluded(divided, changed)
+        divided = replace(divided, pairs=divided.pairs[short])
+        return (yield from self._without_excluded(divided, changed))
 
-    def _without_excluded(self, graph: CrossingGraph, changed: Bools) -> CrossingGraph:
+    def _without_excluded(
+        self, graph: CrossingGraph, changed: Bools
+    ) -> Generator[None, None, CrossingGraph]:
         """Without pairs, one of them a changed node, that no taut string joins."""
         kept = np.ones(len(graph.pairs), dtype=np.bool_)
         rows = np.flatnonzero(changed[graph.pairs].any(axis=1))
-        pairs = graph.pairs[rows]
-        slack = never_joined(graph.corners, self._normals[graph.face], pairs, self._scale)
-        kept[rows[slack]] = False
-        rows, pairs = rows[~slack], pairs[~slack]
-        kept[rows[hidden(graph.corners, pairs, self._blockers, _MARGIN * self._scale)]] = False
+        normals, sight = self._normals[graph.face], self._sight(graph.corners)
+
+        def slack(part: slice) -> Bools:
+            return never_joined(graph.corners, normals, graph.pairs[rows[part]], self._scale)
+
+        def blocked(part: slice) -> Bools:
+            return sight.hidden(graph.pairs[rows[part]])
+
+        for excluded, size in ((slack, _JOINED), (blocked, _SEEN)):
+            gone = yield from self._clock.in_pieces(excluded, len(rows), size)
+            kept[rows[gone]] = False
+            rows = rows[~gone]
         return prune_pairs(graph, kept)
+
+    def _sight(self, pieces: Floats) -> Sight:
+        return Sight(pieces, self._blockers, _MARGIN * self._scale)
 
 
 def _cut_at(piece: Floats, point: Floats, shortest: float) -> tuple[Floats, Floats] | None:

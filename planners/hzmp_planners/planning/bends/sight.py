@@ -2,46 +2,57 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.planning.bends.blockers import Blockers, below
 
-_FEW_ENTRIES = 2_000_000  # of heights at a time: they stay small beside the machine's memory
 
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """Convex pieces, and what stops lines of sight between them."""
 
-def hidden(
-    pieces: Floats, pairs: Ints, blockers: Blockers, margin: float, halvings: int = 1
-) -> Bools:
-    """Whether every line of sight of a pair is blocked, shape (E,); False where that is not known.
+    pieces: Floats
+    """By their corners, shape (P, k, n) [m]."""
+    blockers: Blockers
+    margin: float
+    """How deep inside a body counts [m]."""
 
-    All lines of sight from the points of one piece to those of another are blocked by a convex
-    body if at one parameter t the points (1 - t) x + t z, x and z anywhere on the pieces, all lie
-    inside it. For a facet plane the greatest height at t is (1 - t) max h(x) + t max h(z): one
-    comparison, whatever the pieces' shapes. Where no single body does it the pieces are halved.
+    def hidden(self, pairs: Ints, halvings: int = 1) -> Bools:
+        """Whether every line of sight of a pair is blocked, shape (E,); False where not known.
 
-    Args:
-        pieces: convex pieces by their corners, shape (P, k, n) [m].
-        pairs: shape (E, 2).
-        blockers: what stops a line of sight.
-        margin: how deep inside a body counts [m].
-        halvings: how often pieces are halved to decide; needs segments (k = 2).
-    """
-    blocked = np.zeros(len(pairs), dtype=np.bool_)
-    if not len(blockers):
-        return blocked
-    heights = blockers.heights(pieces) + margin
-    lows, highs = pieces.min(axis=1), pieces.max(axis=1)
-    step = max(1, _FEW_ENTRIES // (blockers.b.size * pieces.shape[1]))
-    for first in range(0, len(pairs), step):
-        tail, head = pairs[first : first + step].T
+        All lines of sight from the points of one piece to those of another are blocked by a convex
+        body if at one parameter t the points (1 - t) x + t z, x and z anywhere on the pieces, all
+        lie inside it. For a facet plane the greatest height at t is (1 - t) max h(x) + t max h(z):
+        one comparison, whatever the pieces' shapes. Where no single body does it the pieces are
+        halved.
+
+        Args:
+            pairs: shape (E, 2).
+            halvings: how often pieces are halved to decide; needs segments (k = 2).
+        """
+        if not len(self.blockers):
+            return np.zeros(len(pairs), dtype=np.bool_)
+        tail, head = pairs.T
+        lows, highs = self._bounds
         low, high = np.minimum(lows[tail], lows[head]), np.maximum(highs[tail], highs[head])
-        near = (blockers.lows < high[:, None]) & (blockers.highs > low[:, None])
-        pair, body = near.all(axis=2).nonzero()
-        blocked[first : first + step] = _all_blocked(
-            pair, heights[tail[pair], :, body], heights[head[pair], :, body], len(tail), halvings
-        )
-    return blocked
+        near = (self.blockers.lows < high[:, None]) & (self.blockers.highs > low[:, None])
+        pair, body = np.nonzero(near.all(axis=2))
+        heights = self._heights
+        ends = heights[tail[pair], :, body], heights[head[pair], :, body]
+        return _all_blocked(pair, *ends, len(tail), halvings)
+
+    @cached_property
+    def _bounds(self) -> tuple[Floats, Floats]:
+        return self.pieces.min(axis=1), self.pieces.max(axis=1)
+
+    @cached_property
+    def _heights(self) -> Floats:
+        """Of the corners above the facets of the blockers, shape (P, k, m, f) [m]."""
+        return self.blockers.heights(self.pieces) + self.margin
 
 
 def _all_blocked(pair: Ints, tail: Floats, head: Floats, count: int, halvings: int) -> Bools:

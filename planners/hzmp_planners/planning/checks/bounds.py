@@ -152,7 +152,7 @@ def _holds_short_ways(
     s, g = wider.corners[SOURCE, 0], wider.corners[TARGET, 0]
     near = detour_bounds(wider.corners, s, g) < limit
     tail, head = wider.pairs.T
-    pairs = wider.pairs[near[tail] & near[head] & (three_leg_bounds(wider) < limit)]
+    pairs = wider.pairs[near[tail] & near[head] & (three_leg_bounds(wider, wider.pairs) < limit)]
     names, held = _names(wider), _names(certificate.graph)
     if held[:2] != names[:2] or len(set(held)) < len(held):
         return False
