@@ -29,10 +29,10 @@ def main() -> None:
     lit = hz.plan(yard, (1, 1.5), (7, 1.5), veto=dark, time_limit=0.5)
     print(f"in the light: {lit.cost:.2f} m, {lit.status.value}")
 
-    planner = hz.Planner(yard, (1, 1.5), (7, 1.5), gap=0.0)
+    planner = hz.Planner(yard, (1, 1.5), (7, 1.5), gap=1e-6)
     plan = planner.solve(time_limit=0.001)
     while not planner.exhausted:
-        plan = planner.solve(time_limit=0.01)  # whenever there is time to spare
+        plan = planner.solve(time_limit=0.1)  # whenever there is time to spare
     print(f"in turns: {plan.cost:.3f} m, gap {plan.gap:.0e}")
 
     later = yard.with_obstacles({1: hz.Polytope.from_box((5, 0), (6, 2))})  # one shelf has moved

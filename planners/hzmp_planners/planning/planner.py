@@ -84,7 +84,7 @@ class Planner:
     @property
     def exhausted(self) -> bool:
         """Whether nothing is left to do: `solve` would return the same again."""
-        return self._exhausted
+        return self._exhausted or self._attempt.closed
 
     def solve(self, time_limit: float = 1.0, cutoff: float = math.inf) -> Plan:
         """The best path and bound after some more time, or when nothing is left to do.
