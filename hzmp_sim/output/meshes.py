@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from hzmp_planners._polygons import clip_polygon, counter_clockwise_rows
 from hzmp_planners.sets import Polytope
+from hzmp_sim.scene.geoms import mesh_arrays
 from hzmp_sim.scene.height_field import HeightField
 
 if TYPE_CHECKING:
@@ -45,13 +46,11 @@ def mesh_triangles(model: mujoco.MjModel, geom: int) -> tuple[Floats, Ints]:
         field = HeightField.of_geom(model, geom)
         return field.surface(), grid_triangles(*field.z.shape)
     mesh = int(model.geom_dataid[geom])
-    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    vertices = np.asarray(model.mesh_vert[first : first + count], dtype=np.float64)
+    vertices, triangles = mesh_arrays(model, mesh)
     collides = model.geom_contype[geom] or model.geom_conaffinity[geom]
     if collides and kind == mujoco.mjtGeom.mjGEOM_MESH:
         return hull_triangles(vertices)
-    first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
-    return vertices, model.mesh_face[first : first + count].astype(np.int64)
+    return vertices, triangles
 
 
 def grid_triangles(rows: int, columns: int) -> Ints:

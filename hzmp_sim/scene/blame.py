@@ -10,9 +10,7 @@ from hzmp_sim.scene.scene import Scene
 
 def connected(space: FreeSpace, start: Floats, goal: Floats) -> bool:
     """Whether shared faces lead from a leaf that holds start to one that holds goal, (n,) each."""
-    labels = space.graph.components
-    ends = (set(labels[space.leaves_at(point)].tolist()) for point in (start, goal))
-    return bool(set.intersection(*ends))
+    return space.graph.connects(space.leaves_at(start), space.leaves_at(goal))
 
 
 def blocking_hulls(scene: Scene, space: FreeSpace) -> str:

@@ -12,8 +12,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.errors import SceneError
+from hzmp_sim.scene.geoms import mesh_arrays
 
 _TYPE, _OBJECT, _DRIVEN = mujoco.mjtGeom, mujoco.mjtObj, mujoco.mjtTrn
 
@@ -66,12 +67,11 @@ def decompiled(model: mujoco.MjModel) -> mujoco.MjSpec:
 
 def _add_assets(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     for mesh in range(model.nmesh):
-        start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-        first, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+        vertices, triangles = file_mesh(model, mesh)
         spec.add_mesh(
             name=_mesh_name(model, mesh),
-            uservert=mesh_vertices(model, mesh, slice(start, start + count)).ravel(),
-            userface=model.mesh_face[first : first + faces].ravel(),
+            uservert=vertices.ravel(),
+            userface=triangles.ravel(),
             inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # masses are stated anyway
         )
     for field in range(model.nhfield):
@@ -86,12 +86,15 @@ def _add_assets(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
         )
 
 
-def mesh_vertices(model: mujoco.MjModel, mesh: int, rows: slice) -> Floats:
-    """Vertices (k, 3) of a mesh in the frame of its file: compilation centred and turned them."""
+def file_mesh(model: mujoco.MjModel, mesh: int) -> tuple[Floats, Ints]:
+    """Vertices (k, 3) [m] and triangles (m, 3) of a mesh in the frame of its file.
+
+    Compilation centred and turned them.
+    """
     turn = np.empty(9)
     mujoco.mju_quat2Mat(turn, model.mesh_quat[mesh])
-    vertices = np.array(model.mesh_vert[rows], dtype=np.float64)
-    return np.asarray(vertices @ turn.reshape(3, 3).T + model.mesh_pos[mesh])
+    vertices, triangles = mesh_arrays(model, mesh)
+    return np.asarray(vertices @ turn.reshape(3, 3).T + model.mesh_pos[mesh]), triangles
 
 
 def _add_body(parent: mujoco.MjsBody, model: mujoco.MjModel, body: int) -> mujoco.MjsBody:

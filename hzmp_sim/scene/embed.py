@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import mujoco
-import numpy as np
 
-from hzmp_sim.scene.decompiled import mesh_vertices
+from hzmp_sim.scene.decompiled import file_mesh
 
 
 def embed_assets(
@@ -30,10 +29,8 @@ def _embed_mesh(mesh: mujoco.MjsMesh, model: mujoco.MjModel, *, always: bool) ->
     number = mujoco.mj_name2id(model, int(mujoco.mjtObj.mjOBJ_MESH), mesh.name)
     if not mesh.file or number < 0 or (model.mesh_texcoordadr[number] >= 0 and not always):
         return False
-    start, count = int(model.mesh_vertadr[number]), int(model.mesh_vertnum[number])
-    first, faces = int(model.mesh_faceadr[number]), int(model.mesh_facenum[number])
-    mesh.uservert = mesh_vertices(model, number, slice(start, start + count)).ravel()
-    mesh.userface = np.array(model.mesh_face[first : first + faces]).ravel()
+    vertices, triangles = file_mesh(model, number)
+    mesh.uservert, mesh.userface = vertices.ravel(), triangles.ravel()
     mesh.file, mesh.content_type = "", ""
     # Compilation applied scale and reference pose already.
     mesh.scale, mesh.refpos, mesh.refquat = [1, 1, 1], [0, 0, 0], [1, 0, 0, 0]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.errors import SceneError
 from hzmp_sim.scene.constants import MAX_COORDINATE
 from hzmp_sim.scene.height_field import HeightField
@@ -126,11 +126,18 @@ def _pose(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[Floats
     return centre, axes
 
 
+def mesh_arrays(model: mujoco.MjModel, mesh: int) -> tuple[Floats, Ints]:
+    """Vertices (k, 3) [m] and triangles (m, 3) of a compiled mesh, in the frame of its geoms."""
+    start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    first, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+    vertices = np.array(model.mesh_vert[start : start + count], dtype=np.float64)
+    return vertices, np.array(model.mesh_face[first : first + faces], dtype=np.int64)
+
+
 def mesh_points(model: mujoco.MjModel, geom: int) -> Floats:
     """Vertices of the convex hull that MuJoCo collides for a mesh geom, in its frame, (k, 3)."""
     mesh = int(model.geom_dataid[geom])
-    start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    points = np.array(model.mesh_vert[start : start + count], dtype=np.float64)
+    points, _ = mesh_arrays(model, mesh)
     address = int(model.mesh_graphadr[mesh])
     if address < 0:
         return points

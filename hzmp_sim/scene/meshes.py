@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from hzmp_planners._arrays import Floats
-from hzmp_sim.scene.geoms import mesh_points
+from hzmp_sim.scene.geoms import mesh_arrays, mesh_points
 
 if TYPE_CHECKING:
     import trimesh
@@ -74,13 +74,7 @@ def mesh_surface(model: mujoco.MjModel, mesh: int) -> tuple[trimesh.Trimesh, tup
     """
     import trimesh  # half a second: only for worlds with meshes
 
-    start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    first, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
-    surface = trimesh.Trimesh(
-        np.array(model.mesh_vert[start : start + count], dtype=np.float64),
-        np.array(model.mesh_face[first : first + faces], dtype=np.int64),
-        process=False,
-    )
+    surface = trimesh.Trimesh(*mesh_arrays(model, mesh), process=False)
     surface.merge_vertices(merge_tex=True, merge_norm=True)
     flaws = []
     solid = surface.nondegenerate_faces()

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.blame import connected
+from hzmp_sim.scene.directions import ball_normals, polygon_normals
 from hzmp_sim.scene.scene import Scene
 
 RESOLUTION = 1e-3
@@ -29,6 +29,9 @@ RESOLUTION = 1e-3
 
 TIME_LIMIT = 10.0
 """No further decomposition is begun after this [s]: the bounds stay where they are."""
+
+_ROUND = 0.02
+"""Share of the radius that corners of the polygon around a disc stand out by: it has 16."""
 
 _Grow = Callable[[Polytope, float], Polytope]
 
@@ -93,16 +96,8 @@ def _facets_out(obstacle: Polytope, extra: float) -> Polytope:
 
 
 def _corners_out(obstacle: Polytope, extra: float) -> Polytope:
-    directions = np.vstack([obstacle.A, _directions(obstacle.A.shape[1])])
+    n = obstacle.A.shape[1]
+    around = ball_normals(1.0, 0.0) if n == 3 else polygon_normals(np.eye(2), 1.0, _ROUND)
+    directions = np.vstack([obstacle.A, around])
     corners = obstacle.vertices()[:, None, :] + extra * directions
     return Polytope.from_vertices(corners.reshape(-1, directions.shape[1]))
-
-
-def _directions(n: int) -> Floats:
-    """Unit vectors all around: 16 in the plane, 26 in space."""
-    if n == 2:
-        angle = np.pi * np.arange(16) / 8.0
-        return np.column_stack([np.cos(angle), np.sin(angle)])
-    grid = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3)).reshape(3, -1).T
-    grid = grid[np.abs(grid).sum(axis=1) > 0.0]
-    return np.asarray(grid / np.linalg.norm(grid, axis=1)[:, None])

@@ -28,6 +28,19 @@ def clip_polygon(corners: Floats, height: Floats) -> Floats:
     return np.array(kept).reshape(-1, corners.shape[1])
 
 
+def measure(corners: Floats) -> float:
+    """Length of a segment or area of a convex polygon (k, n), 0 of a point [m or m^2].
+
+    Corners may repeat.
+    """
+    if len(corners) == 2:
+        return float(np.linalg.norm(corners[1] - corners[0]))
+    spokes = corners[1:] - corners[0]
+    # The area vectors of the triangles of a fan; those of a polygon in the plane point out of it.
+    flat = np.pad(spokes, ((0, 0), (0, 3 - spokes.shape[1])))
+    return float(np.linalg.norm(np.cross(flat[:-1], flat[1:]).sum(axis=0))) / 2.0
+
+
 def counter_clockwise_rows(vertices: Floats) -> Ints:
     """Numbers of the vertices (k, 2) of a convex polygon in counter-clockwise order."""
     offset = vertices - vertices.mean(axis=0)

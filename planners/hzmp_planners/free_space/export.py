@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hzmp_planners._arrays import Floats
+from hzmp_planners._polygons import measure
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -26,7 +27,7 @@ def to_networkx(space: FreeSpace) -> nx.Graph[int]:
     for number, face in enumerate(space.graph.faces):
         centre = face.vertices.mean(axis=0)
         i, j = face.leaves
-        size = _measure(face.vertices)
+        size = measure(face.vertices)
         graph.add_edge(i, j, face=number, size=size, **_coordinates(centre))
     return graph
 
@@ -58,11 +59,3 @@ def write_leaves(space: FreeSpace, path: str | PathLike[str]) -> None:
 
 def _coordinates(point: Floats) -> dict[str, float]:
     return dict(zip("xyz", point.tolist(), strict=False))
-
-
-def _measure(face: Floats) -> float:
-    """Length of a segment, area of a polygon (k, n) [m or m^2]."""
-    if face.shape[1] == 2:
-        return float(np.linalg.norm(face[-1] - face[0]))
-    fan = np.cross(face[1:-1] - face[0], face[2:] - face[0])
-    return float(np.linalg.norm(fan.sum(axis=0))) / 2.0

@@ -98,6 +98,11 @@ class LeafGraph:
         """Connected component of each leaf, shape (N,); two components have no path between."""
         return frozen(component_labels(self.ends, self.leaf_count))
 
+    def connects(self, one: Ints, two: Ints) -> bool:
+        """Whether shared faces lead from one of some leaves to one of some others."""
+        labels = self.components
+        return not set(labels[one].tolist()).isdisjoint(labels[two].tolist())
+
     @staticmethod
     def from_lists(
         leaf_count: int,

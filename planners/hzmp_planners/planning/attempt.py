@@ -16,7 +16,7 @@ from hzmp_planners.planning.clock import Clock
 from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.planar.certificate import CornerCertificate
 from hzmp_planners.planning.refine import FACE_TIME, refine
-from hzmp_planners.planning.result import PlanStatus, path_length
+from hzmp_planners.planning.result import PlanStatus, is_closed, path_length
 from hzmp_planners.planning.roadmap import FaceSequence, Query, leaf_route
 
 _ROUNDED_DOWN = 1.0 - 1e-14
@@ -119,14 +119,9 @@ class Attempt:
         return self.limit / (1.0 + self._gap) / _ROUNDED_DOWN * (1.0 + 1e-15)
 
     @property
-    def time_left(self) -> float:
-        """Time until the deadline [s]; negative when it is over."""
-        return self.clock.time_left
-
-    @property
     def closed(self) -> bool:
         """Whether the asked gap is reached."""
-        return self.limit - self.bound <= self._gap * self.bound
+        return is_closed(self.limit, self.bound, self._gap)
 
     @property
     def status(self) -> PlanStatus:
@@ -134,13 +129,8 @@ class Attempt:
         if self.route is None:
             infeasible = math.isinf(self.bound)
             return PlanStatus.INFEASIBLE if infeasible else PlanStatus.TIME_LIMIT
-        proved = self.cost - self.bound <= self._gap * self.bound
+        proved = is_closed(self.cost, self.bound, self._gap)
         return PlanStatus.OPTIMAL if proved else PlanStatus.FEASIBLE
-
-    @property
-    def done(self) -> bool:
-        """Whether there is nothing left to do, or no time left to do it."""
-        return self.closed or self.time_left <= 0.0
 
     def untried(self, sequences: list[FaceSequence]) -> list[FaceSequence]:
         """Those that have not been refined yet."""

@@ -36,10 +36,7 @@ def explore_with_veto(attempt: Attempt, rng: np.random.Generator) -> Iterator[No
         yield from attempt.clock.wait_for(search_time(graph, active, count + 1, 1))
         samples = sample_faces(graph.corners, count, rng)
         samples = np.concatenate([attempt.nearest[:, None], samples], axis=1)
-        per_face = samples.shape[1]
-        nodes = np.concatenate([query.start[None], query.goal[None], samples.reshape(-1, graph.n)])
-        links = roadmap(graph, query, nodes, per_face, active)
-        lengths = np.linalg.norm(nodes[links[:, 0]] - nodes[links[:, 1]], axis=1)
+        nodes, links, lengths = roadmap(graph, query, samples, active)
         while (path := _shortest(links, lengths, len(nodes))) is not None:
             yield from attempt.clock.wait_for()
             points = nodes[path]
@@ -47,10 +44,10 @@ def explore_with_veto(attempt: Attempt, rng: np.random.Generator) -> Iterator[No
                 break
             forbidden = [attempt.forbids(p, q) for p, q in pairwise(points)]
             if not any(forbidden):
-                _take(attempt, points, [(node - 2) // per_face for node in path[1:-1]])
+                _take(attempt, points, [(node - 2) // samples.shape[1] for node in path[1:-1]])
                 break
             for k in np.flatnonzero(forbidden).tolist():
-                used = (np.sort(links, axis=1) == sorted(path[k : k + 2])).all(axis=1)
+                used = (links == sorted(path[k : k + 2])).all(axis=1)
                 links, lengths = links[~used], lengths[~used]
         idle = 0 if attempt.cost < before * (1.0 - _GAIN) else idle + 1
         count = min(2 * count, _MOST)
@@ -70,7 +67,7 @@ def _take(attempt: Attempt, points: Floats, faces: list[int]) -> None:
     leaves = [np.intersect1d(a, b)[0] for a, b in pairwise(doors)]
     held = np.array(leaves, dtype=np.int64)
     attempt.offer(Route(points, held, path_length(points)))
-    shortest = refine(query.start, query.goal, graph.corners[faces], attempt.time_left)
+    shortest = refine(query.start, query.goal, graph.corners[faces], attempt.clock.time_left)
     for share in _BLENDS:
         blend = points + share * (shortest - points)
         attempt.offer(Route(blend, held, path_length(blend)))

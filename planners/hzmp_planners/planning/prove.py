@@ -70,7 +70,7 @@ def prove(
         yield from attempt.clock.wait_for(pair_time * count**_GROWTH)
         began = time.perf_counter()
         rounds -= 1
-        relaxation = solve_relaxation(graph, threshold, attempt.time_left, parent, cuts)
+        relaxation = solve_relaxation(graph, threshold, attempt.clock.time_left, parent, cuts)
         pair_time = (time.perf_counter() - began) / count**_GROWTH
         if relaxation is None:
             return

@@ -124,6 +124,11 @@ class Plan:
         return json.dumps(self.as_dict(), indent=indent, allow_nan=False)
 
 
+def is_closed(cost: float, bound: float, gap: float) -> bool:
+    """Whether a cost is within the asked gap of a bound; False where neither is known."""
+    return cost - bound <= gap * bound
+
+
 def relative_gap(cost: float, bound: float) -> float:
     """(cost - bound) / bound; 0 where they are equal, inf without path or bound."""
     if cost == bound:

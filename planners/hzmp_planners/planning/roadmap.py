@@ -78,10 +78,8 @@ def search_sequences(
         spread: leave out paths through a point on a face that a shorter one passes: fewer paths,
             which differ more.
     """
-    _, per_face, n = samples.shape
-    nodes = np.concatenate([query.start[None], query.goal[None], samples.reshape(-1, n)])
-    links = roadmap(graph, query, nodes, per_face, active)
-    lengths = np.linalg.norm(nodes[links[:, 0]] - nodes[links[:, 1]], axis=1)
+    per_face = samples.shape[1]
+    nodes, links, lengths = roadmap(graph, query, samples, active)
     matrix = link_matrix(links, len(nodes), lengths)
     cost, before = dijkstra(matrix, directed=False, indices=[START, GOAL], return_predecessors=True)
     through = cost[0] + cost[1]
@@ -115,16 +113,23 @@ def search_time(graph: LeafGraph, active: Bools, per_face: int, most: int) -> fl
     return _LINK_TIME * pairs * per_face**2 + _FOUND_TIME * most
 
 
-def roadmap(graph: LeafGraph, query: Query, nodes: Floats, per_face: int, active: Bools) -> Ints:
-    """Pairs of nodes on the boundary of one leaf, shape (E, 2).
+def roadmap(
+    graph: LeafGraph, query: Query, samples: Floats, active: Bools
+) -> tuple[Floats, Ints, Floats]:
+    """Sampled points, and straight ways between any two on the boundary of one leaf.
 
     Args:
         graph: leaves and shared faces.
         query: start and goal.
-        nodes: start, goal, then the points on each face in turn, shape (2 + F per_face, n) [m].
-        per_face: points on each face.
+        samples: points on each face, shape (F, S, n) [m].
         active: faces that are used, shape (F,).
+
+    Returns:
+        Start, goal, then the points on each face in turn, (2 + F S, n) [m]; pairs of their numbers
+        (E, 2), each once, the lower one first; and the length of each, (E,) [m].
     """
+    _, per_face, n = samples.shape
+    nodes = np.concatenate([query.start[None], query.goal[None], samples.reshape(-1, n)])
     pairs = graph.pairs
     kept = pairs[active[pairs[:, 0]] & active[pairs[:, 1]]]
     slots = np.arange(per_face)
@@ -139,7 +144,8 @@ def roadmap(graph: LeafGraph, query: Query, nodes: Floats, per_face: int, active
         reached = (2 + touching[:, None] * per_face + slots).ravel()
         tails.append(np.full(len(reached), terminal))
         heads.append(reached)
-    return np.column_stack([np.concatenate(tails), np.concatenate(heads)])
+    i, j = np.concatenate(tails), np.concatenate(heads)
+    return nodes, np.column_stack([i, j]), np.linalg.norm(nodes[i] - nodes[j], axis=1)
 
 
 def chain_to(before: Ints, node: int) -> list[int]:

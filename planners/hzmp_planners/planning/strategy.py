@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._arrays import Floats
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.attempt import Attempt, Route
 from hzmp_planners.planning.bends.bend_graph import BendGraphs
@@ -53,10 +53,10 @@ def steps(
     """
     query, graph = attempt.query, attempt.graph
     starts, goals = query.start_leaves, query.goal_leaves
-    if not _shared(graph.components[starts], graph.components[goals]):
+    if not graph.connects(starts, goals):
         attempt.raise_bound(math.inf)
         return
-    if common := _shared(starts, goals):
+    if common := set(starts.tolist()) & set(goals.tolist()):
         leaf = np.array([min(common)])
         attempt.offer(Route(np.array([query.start, query.goal]), leaf, attempt.bound))
         if attempt.closed:
@@ -87,11 +87,6 @@ def steps(
     yield from explore(attempt, rng)
     if not attempt.closed and math.isfinite(attempt.limit):
         yield from _prove(attempt, space)
-
-
-def _shared(one: Ints, two: Ints) -> set[int]:
-    """Numbers that are in both of two short lists."""
-    return set(one.tolist()) & set(two.tolist())
 
 
 def _search_plane(attempt: Attempt, space: FreeSpace, seed: int) -> Iterator[None]:

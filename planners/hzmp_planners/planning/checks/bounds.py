@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners._polygons import measure
 from hzmp_planners.planning.certificate import SOURCE, TARGET, Certificate, CrossingGraph
 from hzmp_planners.planning.checks.bends import BendCheck
 from hzmp_planners.planning.checks.corners import corner_bound
@@ -130,9 +131,9 @@ def _successor_is_complete(
     """Whether the next graph of the chain has all that is kept, its faces divided without loss."""
     divided = split_nodes(replace(graph, pairs=graph.pairs[kept]), successor.cuts)
     for half, node in enumerate(successor.cuts):
-        whole = _measure(graph.corners[node])
-        parts = _measure(divided.corners[node])
-        parts += _measure(divided.corners[len(graph.corners) + half])
+        whole = measure(graph.corners[node])
+        parts = measure(divided.corners[node])
+        parts += measure(divided.corners[len(graph.corners) + half])
         # Round-off of an area is that of its coordinates along its diameter, however thin it is.
         corners = graph.corners[node]
         reach = float(np.abs(corners).max() * np.ptp(corners, axis=0).max())
@@ -222,11 +223,3 @@ def _bend(corners: Floats, phi: Floats) -> float:
         fit = offset @ np.linalg.lstsq(offset, values - values[0], rcond=None)[0] + values[0]
         worst = max(worst, float(np.abs(fit - values).max()))
     return worst
-
-
-def _measure(corners: Floats) -> float:
-    """Length of a segment or area of a convex polygon (k, n) [m or m^2]."""
-    if corners.shape[1] == 2:
-        return float(np.linalg.norm(corners[0] - corners[-1]))
-    fan = np.cross(corners[1:-1] - corners[0], corners[2:] - corners[0])
-    return float(np.linalg.norm(fan.sum(axis=0))) / 2.0

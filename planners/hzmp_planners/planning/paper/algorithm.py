@@ -42,7 +42,7 @@ def solve_paper(
     began = time.perf_counter()
 
     def expired() -> bool:
-        return attempt.time_left <= 0.0
+        return attempt.clock.time_left <= 0.0
 
     paths = Candidates(graph, query, attempt.nearest, settings, expired)  # line 6: P
     detours = Detours.of(space, query, attempt.detours)
@@ -88,6 +88,6 @@ def solve_paper(
             )
         # Iterations take about equally long: one that would run over the deadline is not begun.
         before, last = last, time.perf_counter()
-        if last - before > attempt.time_left:
+        if last - before > attempt.clock.time_left:
             yield
             last = time.perf_counter()

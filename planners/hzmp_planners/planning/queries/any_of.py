@@ -26,7 +26,7 @@ from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.planner import Planner
 from hzmp_planners.planning.queries.targets import Target, entrances
-from hzmp_planners.planning.result import Plan, PlanStatus, relative_gap
+from hzmp_planners.planning.result import Plan, PlanStatus, is_closed, relative_gap
 from hzmp_planners.sets import Polytope
 
 _SHARE = 0.3  # of the asked gap that is left to the plan for a target's centre
@@ -178,7 +178,7 @@ class _Search:
     @property
     def _closed(self) -> bool:
         bound = self._bound
-        return math.isinf(bound) or self._cost - bound <= self._gap * bound
+        return math.isinf(bound) or is_closed(self._cost, bound, self._gap)
 
     @property
     def _cost(self) -> float:
@@ -200,13 +200,13 @@ class _Search:
         known = Case(case.start, target, plan)
         if known.lower_bound > case.lower_bound:
             case = known
-        if extent > 0.0 and (work.planner.exhausted or plan.status is PlanStatus.OPTIMAL):
+        if not work.planner.exhausted:
+            self._push(_Open(case, work.planner, 2.0 * work.slice))
+        elif extent > 0.0:
             for half in target.halves():
                 self._push(_Open(Case(case.start, half, plan)))
-        elif work.planner.exhausted:
-            self._settled.append(case)
         else:
-            self._push(_Open(case, work.planner, 2.0 * work.slice))
+            self._settled.append(case)
 
     def _take(self, plan: Plan, target: Target, time_left: float) -> None:
         """Take a path when it is the best; then move its end to where the target is nearer."""

@@ -24,7 +24,7 @@ from hzmp_planners.planning.detour import least_detour
 from hzmp_planners.planning.follow import faces_between
 from hzmp_planners.planning.planner import Planner
 from hzmp_planners.planning.refine import refine
-from hzmp_planners.planning.result import Plan, PlanStatus, path_length
+from hzmp_planners.planning.result import Plan, PlanStatus, is_closed, path_length
 from hzmp_planners.planning.roadmap import (
     FaceSequence,
     Query,
@@ -89,7 +89,7 @@ def plan_corridors(
 
 def _as_plan(best: Plan, route: Route) -> Plan:
     """A plan with the bound of the best one."""
-    proved = route.cost - best.lower_bound <= best.asked_gap * best.lower_bound
+    proved = is_closed(route.cost, best.lower_bound, best.asked_gap)
     return replace(
         best,
         status=PlanStatus.OPTIMAL if proved else PlanStatus.FEASIBLE,

@@ -12,6 +12,7 @@ from hzmp_planners._polygons import (
     counter_clockwise,
     counter_clockwise_rows,
     facet_corners,
+    measure,
 )
 from hzmp_planners.constants import MEMBERSHIP_TOL
 from hzmp_planners.free_space import FreeSpace
@@ -42,13 +43,8 @@ class Target:
 
     @property
     def measure(self) -> float:
-        """Length or area [m or m^2]; 1 for a point."""
-        if len(self.corners) == 2:
-            return float(np.linalg.norm(self.corners[1] - self.corners[0]))
-        spokes = self.corners[1:] - self.corners[0]
-        # The area vector of each triangle of the fan, also of a polygon in the plane.
-        flat = np.pad(spokes, ((0, 0), (0, 3 - spokes.shape[1])))
-        return float(np.linalg.norm(np.cross(flat[:-1], flat[1:]).sum(axis=0))) / 2.0 or 1.0
+        """Length or area [m or m^2]; 1 of what has none, such as a point."""
+        return measure(self.corners) or 1.0
 
     def halves(self) -> tuple[Target, Target]:
         """The target cut in two across its longest axis."""
