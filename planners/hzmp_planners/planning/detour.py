@@ -88,9 +88,13 @@ def _following(k: int) -> Ints:
     return np.arange(1, k + 1) % k
 
 
-# For vectors of three entries numpy's own sums and cross products take several times as long.
+# For vectors of three entries numpy's own sums and cross products take several times as long, and
+# einsum adds in an order that depends on the processor: the same faces would not give the same
+# bits on every machine.
 def _dot(a: Floats, b: Floats) -> Floats:
-    return np.asarray(np.einsum("...n,...n->...", a, b))
+    products = a * b
+    total = products[..., 0] + products[..., 1]
+    return total if products.shape[-1] == 2 else total + products[..., 2]
 
 
 def _norm(a: Floats) -> Floats:
