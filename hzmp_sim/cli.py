@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -249,12 +250,16 @@ def audit(
     return 0 if found.holds and found.agrees else NOT_CLEAR
 
 
+_RERUN_LOG = "warn,re_sdk::log_sink=error"
+"""For rerun, read when it is first imported: interrupted, it warns of data that it drops."""
+
 _arguments: list[str] = []
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; exits with the code of the outcome (0, 2, 3, 4, 5; 130 on Ctrl-C)."""
     _arguments[:] = sys.argv[1:] if arguments is None else list(arguments)
+    os.environ.setdefault("RUST_LOG", _RERUN_LOG)
     try:
         code = app(
             list(_arguments), exit_on_error=False, print_error=False, result_action="return_value"

@@ -214,6 +214,9 @@ def test_nodes_must_be_divided_without_loss() -> None:
         for node, (point, direction) in list(link.cuts.items())[:2]:
             moved = {**link.cuts, node: (point + 1e-3 * direction, direction)}
             assert not supported(with_link(result, place, replace(link, cuts=moved)))
+            for cut in ((np.nan * point, direction), (point, np.nan * direction)):
+                unknown = {**link.cuts, node: cut}
+                assert not supported(with_link(result, place, replace(link, cuts=unknown)))
         if link.cuts:
             assert not supported(with_link(result, place, replace(link, cuts={})))
 
