@@ -16,14 +16,21 @@ _CANDIDATES = 64  # distinct sequences that are ranked in each round
 _SWEEPS = 6  # of the joint ranking
 _REFINED = 5  # sequences that are refined exactly in each round
 _UNIFORM = 2  # random samples on each face
-_GAIN = 1e-5  # relative, of a round worth another one
+
+FINE, COARSE = 1e-5, 1e-3
+"""Relative gain of a round that is worth another one; where better ways to improve follow."""
 
 
-def explore(attempt: Attempt, rng: np.random.Generator) -> Iterator[None]:
+def explore(attempt: Attempt, rng: np.random.Generator, gain: float = FINE) -> Iterator[None]:
     """Improve the route of an attempt until rounds gain nothing; yields when the time is over.
 
     Each round samples the faces that the best cost leaves active: near the best route, where the
     straight line is left least, and uniformly at random.
+
+    Args:
+        attempt: what is improved.
+        rng: source of randomness.
+        gain: relative, of a round that is worth another one.
     """
     graph, query = attempt.graph, attempt.query
     n = query.start.size
@@ -40,7 +47,7 @@ def explore(attempt: Attempt, rng: np.random.Generator) -> Iterator[None]:
             yield from attempt.try_sequence(faces)
             if attempt.closed:
                 return
-        idle = number > 1 and attempt.cost > before * (1.0 - _GAIN)
+        idle = number > 1 and attempt.cost > before * (1.0 - gain)
         if idle:
             return
         yield from attempt.clock.wait_for()

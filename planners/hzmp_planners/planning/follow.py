@@ -27,17 +27,24 @@ def follow(attempt: Attempt, path: Floats) -> Generator[None, None, None]:
         yield from attempt.try_sequence(faces)
 
 
-def offer_known(attempt: Attempt, space: FreeSpace, path: Floats) -> Generator[None, None, None]:
-    """Offer a polyline (k, n), its ends replaced by start and goal, and what it tightens to."""
+def offer_known(attempt: Attempt, space: FreeSpace, path: Floats) -> Generator[None, None, bool]:
+    """Offer a polyline (k, n), its ends replaced by start and goal, and what it tightens to.
+
+    Yields whenever the time is over.
+
+    Returns:
+        Whether it is free.
+    """
     query = attempt.query
     traced = space.trace(np.vstack([query.start, path[1:-1], query.goal]))
     if traced is None:
-        return
+        return False
     points, leaves = traced
     attempt.offer(Route(points, leaves, path_length(points)))
     faces = faces_between(attempt.graph, leaves)
     if faces is not None:
         yield from attempt.try_sequence(faces)
+    return True
 
 
 def faces_between(graph: LeafGraph, leaves: Ints) -> list[int] | None:

@@ -11,6 +11,7 @@ from hzmp_planners.planning.relaxation import Relaxation
 
 _LEAST_FLOW = 1e-4  # flow below this is residue of the interior-point method
 _DIVIDED = 6  # every so many'th node is divided where flows mix
+_LEAST_DIVIDED = 16  # this many of a small graph, whose next relaxation is cheap
 
 
 def flow_chains(relaxation: Relaxation, most: int) -> list[list[int]]:
@@ -48,12 +49,12 @@ def mixing_points(relaxation: Relaxation) -> Cuts:
     """Where to cut nodes: those on which flows from different points are averaged most.
 
     Returns:
-        For up to a sixth of the nodes: the mean crossing point and the unit direction in which the
-        crossing points of the node's pairs scatter most.
+        For up to a sixth of the nodes, or a few: the mean crossing point and the unit direction in
+        which the crossing points of the node's pairs scatter most.
     """
     graph = relaxation.certificate.graph
     nodes, _, n = graph.corners.shape
-    most = max(4, nodes // _DIVIDED)
+    most = max(_LEAST_DIVIDED, nodes // _DIVIDED)
     weights = np.where(relaxation.flow > _LEAST_FLOW, relaxation.flow, 0.0)
     node = np.concatenate([graph.pairs[:, 1], graph.pairs[:, 0]])
     points = np.concatenate([relaxation.heads, relaxation.tails])

@@ -13,9 +13,10 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning.attempt import Attempt, Route
 from hzmp_planners.planning.bends.bend_graph import BendGraphs
+from hzmp_planners.planning.bends.strings import tighten_strings
 from hzmp_planners.planning.crossings import CrossingGraphs, build_crossings
 from hzmp_planners.planning.detour import bottleneck_bound
-from hzmp_planners.planning.explore import explore
+from hzmp_planners.planning.explore import COARSE, FINE, explore
 from hzmp_planners.planning.first_path import offer_first
 from hzmp_planners.planning.follow import offer_known
 from hzmp_planners.planning.lazy import explore_with_veto
@@ -33,6 +34,7 @@ _JOINED = 1e-6  # [s] that the bottleneck's bound takes for each face (measured)
 _CERTIFIED = 5e-7  # [s] that a bound in the plane takes for each corner of the world (measured)
 _FEW_PAIRS = 500  # up to here a relaxation of everything below the cost is cheap
 _TRIED = 2  # relaxations over few faces before bends are tried
+_LARGER = 10  # times as many pairs of bends as of faces: then faces are the quicker way
 
 
 def steps(
@@ -84,7 +86,7 @@ def steps(
     if attempt.has_veto:
         yield from explore_with_veto(attempt, rng)
         return
-    yield from explore(attempt, rng)
+    yield from explore(attempt, rng, COARSE if space.n == 3 else FINE)
     if not attempt.closed and math.isfinite(attempt.limit):
         yield from _prove(attempt, space)
 
@@ -126,12 +128,20 @@ def _prove(attempt: Attempt, space: FreeSpace) -> Iterator[None]:
     # A few faces are quickly tried. Cracks that no path passes make the bends' bound lower.
     if world.cracked or pairs <= _FEW_PAIRS:
         yield from _prove_over_faces(attempt, math.inf if world.cracked else _TRIED)
-    if not attempt.closed:
-        target = attempt.target
-        graphs = BendGraphs(world, attempt.query.start, attempt.query.goal, attempt.clock)
-        yield from prove(attempt, graphs, (yield from graphs.build(target)), target)
-    if not attempt.closed and not world.cracked:  # else that was all that faces can prove
-        yield from _prove_over_faces(attempt)
+    if attempt.closed:
+        return
+    target = attempt.target
+    graphs = BendGraphs(world, attempt.query.start, attempt.query.goal, attempt.clock)
+    first = yield from graphs.build(target)
+    bends = math.inf if first is None else len(first.pairs)
+    if first is not None and bends > _FEW_PAIRS:
+        yield from tighten_strings(attempt, space, graphs, first)
+    proofs = [prove(attempt, graphs, first, target)]
+    if not world.cracked:  # else faces have proved what they can
+        proofs.insert(0 if bends > _LARGER * pairs else 1, _prove_over_faces(attempt))
+    for proof in proofs:
+        if not attempt.closed:
+            yield from proof
 
 
 def _prove_over_faces(attempt: Attempt, rounds: float = math.inf) -> Iterator[None]:

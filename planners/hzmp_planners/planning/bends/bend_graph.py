@@ -114,7 +114,7 @@ class BendGraphs:
         points = np.concatenate([relaxation.tails[used], relaxation.heads[used]])[:, None]
         number = np.arange(len(used))
         sight = np.column_stack([number, number + len(used)])
-        blocked = self._sight(points).hidden(sight, 0)
+        blocked = self.sight(points).hidden(sight, 0)
         cuts = mixing_points(relaxation)
         order = np.argsort(-relaxation.flow[used[blocked]], kind="stable")
         for row in used[blocked][order][: len(graph.corners)].tolist():
@@ -143,7 +143,7 @@ class BendGraphs:
         """Without pairs, one of them a changed node, that no taut string joins."""
         kept = np.ones(len(graph.pairs), dtype=np.bool_)
         rows = np.flatnonzero(changed[graph.pairs].any(axis=1))
-        normals, sight = self._normals[graph.face], self._sight(graph.corners)
+        normals, sight = self._normals[graph.face], self.sight(graph.corners)
 
         def slack(part: slice) -> Bools:
             return never_joined(graph.corners, normals, graph.pairs[rows[part]], self._scale)
@@ -157,7 +157,8 @@ class BendGraphs:
             rows = rows[~gone]
         return prune_pairs(graph, kept)
 
-    def _sight(self, pieces: Floats) -> Sight:
+    def sight(self, pieces: Floats) -> Sight:
+        """Among the obstacles that may stop a line of sight, after `build`."""
         return Sight(pieces, self._blockers, _MARGIN * self._scale)
 
 
