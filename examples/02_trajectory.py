@@ -27,6 +27,11 @@ def main() -> None:
     middle = np.linalg.norm(sample.velocity[100:-100], axis=1).min()
     print(f"never stops on the way: {middle > 0.1}")
 
+    halfway = trajectory.duration / 2
+    halves = [trajectory.part(0.0, halfway), trajectory.part(halfway, trajectory.duration)]
+    whole = hz.Trajectory.join([hz.Trajectory.from_json(half.to_json()) for half in halves])
+    print(f"cut, written, read and joined: {whole.duration:.3f} s, {whole.containment <= 0.0}")
+
 
 if __name__ == "__main__":
     main()

@@ -15,3 +15,7 @@ below any clearance, so that the containment of overlapping cells is strictly ne
 
 LIMIT_TOL = 1e-9
 """Relative excess over a velocity, acceleration or jerk limit that counts as round-off."""
+
+JOIN_TOL = 1e-9
+"""Trajectories to be joined may differ by this where they meet,
+relative to the size of coordinates and to the limits."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from os import PathLike
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +16,8 @@ from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets import Polytope
 from hzmp_tracking.containment import derivative_maxima, violations
 from hzmp_tracking.limits import Limits
+from hzmp_tracking.splicing import joined_fields, part_fields
+from hzmp_tracking.storage import fields_from_json, load_fields, save, to_json
 
 
 class Sample(NamedTuple):
@@ -31,7 +35,9 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Piecewise cubic curve x(t), 0 <= t <= duration, that ends at rest.
+    """Piecewise cubic curve x(t), 0 <= t <= duration.
+
+    It ends at rest, unless it is a `part` of another one.
 
     Piece i covers [breakpoints[i], breakpoints[i+1]] with
     x(t) = sum_k coefficients[i, k] (t - breakpoints[i])^k.
@@ -78,7 +84,7 @@ class Trajectory:
     def sample(self, t: ArrayLike) -> Sample:
         """Position and derivatives at times `t` of shape (k,) [s]; a scalar is taken as (1,).
 
-        Times before 0 give the start state; from the end on the body rests at the goal.
+        Times before 0 give the start state; from the end on the body rests where it ended.
 
         Raises:
             ShapeError: t is not a finite array with at most one axis.
@@ -110,3 +116,75 @@ class Trajectory:
     def peaks(self) -> tuple[Floats, Floats, Floats]:
         """Exact maxima of |velocity|, |acceleration|, |jerk| on each axis, each (n,)."""
         return derivative_maxima(self.coefficients, self.durations)
+
+    @property
+    def limit_usage(self) -> Floats:
+        """`peaks` over the limits: velocity, acceleration, jerk; (3, n), at most 1 up to round-off.
+
+        Extrema of polynomials in closed form: it certifies every instant, not samples.
+        """
+        return np.array(self.peaks) / np.array(self.limits.per_axis(self.n))
+
+    def part(self, start: float, end: float) -> Self:
+        """What happens from `start` to `end` [s], its time counted from 0; it may end in motion.
+
+        Raises:
+            QueryError: not 0 <= start < end <= duration.
+        """
+        return type(self)(**part_fields(self, start, end))
+
+    @classmethod
+    def join(cls, parts: Sequence[Trajectory]) -> Self:
+        """Trajectories one after the other.
+
+        Raises:
+            ShapeError: there is none, or they differ in dimension.
+            QueryError: one does not go on where and as the one before ends (position, velocity,
+                acceleration), or has other limits.
+        """
+        return cls(**joined_fields(parts))
+
+    def to_json(self, indent: int | None = None) -> str:
+        """One JSON object with every number: pieces, cells, waypoints and limits."""
+        return to_json(self, indent)
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """The trajectory that `to_json` wrote.
+
+        Raises:
+            ShapeError: the text is no such trajectory.
+        """
+        return cls(**fields_from_json(text))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write .json, .npz or .parquet (a row a piece), exactly: `load` gives the same back.
+
+        Raises:
+            QueryError: another suffix.
+        """
+        save(self, path)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Self:
+        """A saved trajectory.
+
+        Raises:
+            OSError: the file cannot be read.
+            QueryError: another suffix.
+            ShapeError: it is not a saved trajectory.
+        """
+        return cls(**load_fields(path))
+
+    def plot(self, axes: Any = None) -> Any:
+        """Position, velocity, acceleration and jerk over time, with the limits as bands.
+
+        Args:
+            axes: four matplotlib axes, one above the other; new ones when None.
+
+        Returns:
+            The four axes.
+        """
+        from hzmp_tracking.plot import plot_trajectory
+
+        return plot_trajectory(self, axes)

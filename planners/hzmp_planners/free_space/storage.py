@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from itertools import pairwise
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints, frozen
+from hzmp_planners._files import written_whole
 from hzmp_planners._ragged import starts_of
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.free_space.complexes import Complex
@@ -40,14 +40,8 @@ def save_space(space: FreeSpace, path: str | PathLike[str]) -> None:
     _pack("world", space._world, held)
     _pack("cover", space._cover, held)
     _pack("graph", space.graph, held)
-    target = Path(path)
-    partial = target.with_name(target.name + ".partial")
-    try:
-        with partial.open("wb") as file:
-            np.savez_compressed(file, **held)
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with written_whole(path) as partial, partial.open("wb") as file:
+        np.savez_compressed(file, **held)
 
 
 def load_parts(path: str | PathLike[str]) -> dict[str, Any]:
