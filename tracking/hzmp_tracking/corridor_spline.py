@@ -28,12 +28,15 @@ from hzmp_tracking.spline import Spline
 from hzmp_tracking.stops import Pieces
 from hzmp_tracking.vias import Vias
 
-_PIECES = 45  # cubic pieces in all, shared evenly by the cells, 2 to 8 in each
+_PIECES = 40  # cubic pieces in all, shared evenly by the cells, 2 to 8 in each
 _ROUNDS = (6, 16)  # linear programs at most: fewer for long corridors
 _WORK = 1600  # pieces times rounds that fit into about a second
 _TRUST = 0.4  # relative change of a step in one round
+_SHARES = (1.0, 0.8, 0.6, 0.4, 0.25, 0.12, 0.05)  # of a round's change that are tried
+_FULL = 0.8  # a share from which on the linearisation is good for more
 _SHORTEST = 0.1  # of the mean step: jerk is too sensitive to shorter ones
-_SHRINK, _GROW = 0.35, 1.5  # of the trust region after a round that failed, or gained
+_GROW, _BEYOND, _SHRINK = 2.0, 1.2, 0.1  # the trust region next: after a full share; beyond the
+# change that was taken; after a round without gain
 _GAIN = 1e-3  # relative, of a round worth its time
 _CLEAN = 1e-7  # [m] of constraint violation that is left to the margins
 _TRIES = 4  # stretches of a spline that starts in motion
@@ -83,22 +86,43 @@ def _first_steps(points: Floats, owner: Ints, limits: tuple[Floats, Floats, Floa
 
 
 def _descend(corridor: Corridor, spline: Spline) -> Spline:
-    """Linear programs within a trust region, until two in a row gain less than `_GAIN` each."""
+    """Linear programs within a trust region, until two in a row gain less than `_GAIN` each.
+
+    A program costs as much as dozens of merits: the best of several shares of its change is taken,
+    and tells how far the linearisation can be trusted.
+    """
     best, trust, idle = corridor.merit(spline), _TRUST, 0
     fewest, most = _ROUNDS
     for _ in range(max(fewest, min(most, _WORK // spline.m))):
         trial = _advance(corridor, spline, trust)
-        merit = np.inf if trial is None else corridor.merit(trial)
-        if trial is None or merit >= best:
+        before, share = best, 0.0
+        if trial is not None:
+            best, share, spline = _best_share(corridor, spline, trial, best)
+        if best < before:
+            trust = min(_GROW * trust, _TRUST) if share >= _FULL else _BEYOND * share * trust
+        else:
             trust *= _SHRINK
-            continue
-        idle = idle + 1 if best - merit < _GAIN * best else 0
-        best, trust = merit, min(_GROW * trust, _TRUST)
-        # Back within the limits by time alone, so that the next program starts feasible.
-        spline = Spline(trial.c, trial.d * corridor.stretch(trial)) if corridor.resting else trial
+        idle = idle + 1 if before - best < _GAIN * before else 0
         if idle == 2:
             break
     return spline
+
+
+def _best_share(
+    corridor: Corridor, spline: Spline, trial: Spline, least: float
+) -> tuple[float, float, Spline]:
+    """Merit, share and spline of the best point on the way to a trial; as it is when none gains."""
+    best, c, d = (least, 0.0, spline), trial.c - spline.c, trial.d - spline.d
+    for share in _SHARES:
+        moved = Spline(spline.c + share * c, spline.d + share * d)
+        merit = corridor.merit(moved)
+        if merit < best[0]:
+            best = merit, share, moved
+    merit, share, moved = best
+    if corridor.resting and share:
+        # Back within the limits by time alone, so that the next program starts feasible.
+        moved = Spline(moved.c, moved.d * corridor.stretch(moved))
+    return merit, share, moved
 
 
 def _finished(corridor: Corridor, spline: Spline) -> Spline | None:
