@@ -1,0 +1,110 @@
+"""Trajectories through planned and reference corridors: the table of docs/trajectories.md.
+
+Each scene is planned to 0.1 %, its path and cells are scaled so that the workspace is 10 m wide,
+and timed within 2 m/s, 4 m/s^2 and 20 m/s^3 on each axis. Beside it: resting at each waypoint,
+which is what state-to-state generators give, and for reference corridors the best duration known.
+
+    python benchmarks/trajectories.py tests/data/scenes tests/data
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+import time
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import cyclopts
+import numpy as np
+from numpy.typing import NDArray
+
+import hzmp_sim as hz
+
+LIMITS = hz.Limits(velocity=2.0, acceleration=4.0, jerk=20.0)
+SIZE = 10.0
+"""Longest side of a scene's workspace [m]."""
+
+
+class Corridor(NamedTuple):
+    """What is timed."""
+
+    name: str
+    waypoints: NDArray[np.float64]
+    cells: Sequence[hz.Polytope]
+    best_known: float | None
+    """[s]"""
+
+
+def planned(scenes: Path) -> Iterator[Corridor]:
+    """Corridors of the plans through all scenes (JSON) in a folder whose path bends."""
+    for path in sorted(scenes.glob("*.json")):
+        scene = json.loads(path.read_text())
+        bounds = scene["bounds"]["lo"], scene["bounds"]["hi"]
+        boxes = [hz.Polytope.from_box(box["lo"], box["hi"]) for box in scene["obstacles"]]
+        space = hz.FreeSpace.decompose(bounds=bounds, obstacles=boxes)
+        plan = hz.plan(space, scene["start"], scene["goal"], time_limit=10.0)
+        if len(plan.waypoints) > 2:
+            scale = SIZE / float(np.ptp(bounds, axis=0).max())
+            cells = [hz.Polytope(cell.A, scale * cell.b) for cell in plan.cells(space)]
+            yield Corridor(scene["name"], scale * plan.waypoints, cells, None)
+
+
+def references(folder: Path) -> Iterator[Corridor]:
+    """Reference corridors (corridor_*.json) with the best duration that is known."""
+    for path in sorted(folder.glob("corridor_*.json")):
+        case = json.loads(path.read_text())
+        cells = [hz.Polytope.from_halfspaces(cell["A"], cell["b"]) for cell in case["cells"]]
+        best = float(case["reference"]["best_known_s"])
+        yield Corridor(case["name"], np.array(case["waypoints"]), cells, best)
+
+
+def resting(corridor: Corridor) -> float:
+    """Duration with a rest at each waypoint [s]."""
+    legs = zip(pairwise(corridor.waypoints), corridor.cells, strict=True)
+    return sum(hz.time_parameterize([*ends], [cell], LIMITS).duration for ends, cell in legs)
+
+
+def main(
+    scenes: Path = Path("tests/data/scenes"), corridors: Path = Path("tests/data"), *, runs: int = 3
+) -> None:
+    """Print a Markdown table.
+
+    Args:
+        scenes: holds boxscene files (JSON).
+        corridors: holds reference corridors.
+        runs: how often each is timed; CPU times are medians.
+    """
+    columns = (
+        "corridor", "cells", "at each waypoint at rest [s]", "trajectory [s]", "ratio",
+        "best known [s]", "limits used", "containment [mm]", "CPU [ms]",
+    )  # fmt: skip
+    print("| " + " | ".join(columns) + " |")
+    print("|---" * len(columns) + "|")
+    ratios: list[float] = []
+    spent: list[float] = []
+    for corridor in [*planned(scenes), *references(corridors)]:
+        times: list[float] = []
+        for _ in range(runs):
+            began = time.process_time()
+            trajectory = hz.time_parameterize(corridor.waypoints, corridor.cells, LIMITS)
+            times.append(1e3 * (time.process_time() - began))
+        rest = resting(corridor)
+        ratios.append(trajectory.duration / rest)
+        spent.append(statistics.median(times))
+        best = "" if corridor.best_known is None else f"{corridor.best_known:.3f}"
+        print(
+            f"| {corridor.name} | {len(corridor.cells)} | {rest:.3f} | "
+            f"{trajectory.duration:.3f} | {ratios[-1]:.3f} | {best} | "
+            f"{trajectory.limit_usage.max():.9f} | {1e3 * trajectory.containment:.3f} | "
+            f"{spent[-1]:.0f} |"
+        )
+    print(
+        f"| median | | | | {statistics.median(ratios):.3f} | | | | {statistics.median(spent):.0f} |"
+    )
+
+
+if __name__ == "__main__":
+    cyclopts.run(main)
