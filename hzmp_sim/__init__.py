@@ -34,6 +34,7 @@ from hzmp_sim.run import Run as Run
 from hzmp_sim.scene import ConvexDecomposition as ConvexDecomposition
 from hzmp_sim.scene import Scene as Scene
 from hzmp_sim.scene import load_scene as load_scene
+from hzmp_sim.settings import Disturbance as Disturbance
 from hzmp_sim.settings import RunSettings as RunSettings
 from hzmp_sim.simulation import Audit as Audit
 from hzmp_sim.simulation import audit as audit
@@ -52,6 +53,7 @@ __all__ = [
     "ConstrainedZonotope",
     "Contact",
     "ContactKind",
+    "Disturbance",
     "ConvexDecomposition",
     "Ellipsotope",
     "FlightLog",

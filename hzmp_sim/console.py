@@ -34,6 +34,8 @@ def run_summary(run: Run, directory: Path) -> str:
             f"least clearance {_millimetres(m['min_clearance_m'])} "
             f"(planned for {1e3 * run.scene.clearance:.0f} mm)"
         )
+        if m["disturbed_by"]:
+            lines.append(f"against   {m['disturbed_by']}")
         lines.append(
             f"speed     simulated at {m['realtime_factor']:.0f} x real time; whole run "
             f"{sum(m['timings_s'].values()):.1f} s"

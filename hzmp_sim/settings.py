@@ -1,11 +1,67 @@
-"""Settings of a run: one dataclass for the Python call and the command line."""
+"""Settings of a run: one dataclass for the Python call and the command line, and its parts."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from hzmp_planners.errors import QueryError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disturbance:
+    """What the controller is not told of; random parts follow the seed of the run.
+
+    Attributes:
+        wind: mean velocity of the air in the world [m/s]; it drags on the body by MuJoCo's own
+            fluid model, in air at sea level unless the world has a medium.
+        gust: largest size of what comes and goes on top of the wind [m/s].
+        thrust_loss: share of its force that every actuator of the body lacks.
+        position_noise: standard deviation of the measured position on each axis [m].
+        velocity_noise: of the measured velocity [m/s].
+        delay: age of what the controller measures [s].
+    """
+
+    wind: Annotated[tuple[float, float, float], Parameter(negative=())] = (0.0, 0.0, 0.0)
+    gust: float = 0.0
+    thrust_loss: float = 0.0
+    position_noise: float = 0.0
+    velocity_noise: float = 0.0
+    delay: float = 0.0
+
+    def __post_init__(self) -> None:
+        if len(self.wind) != 3 or not all(math.isfinite(speed) for speed in self.wind):
+            raise QueryError(f"wind must be three finite numbers [m/s], got {list(self.wind)}")
+        for field in fields(self)[1:]:
+            value = getattr(self, field.name)
+            if not 0.0 <= value < math.inf:
+                raise QueryError(f"{field.name} must be finite and at least 0, got {value}")
+        if self.thrust_loss >= 1.0:
+            raise QueryError(f"thrust_loss must be less than 1, got {self.thrust_loss}")
+
+    @property
+    def blows(self) -> bool:
+        """Whether the air moves."""
+        return self.gust > 0.0 or any(self.wind)
+
+    def describe(self) -> str:
+        """What there is of it, in words; "" if nothing."""
+        speeds = " ".join(f"{speed:g}" for speed in self.wind)
+        parts = (
+            (any(self.wind), f"wind of {speeds} m/s"),
+            (self.gust, f"gusts of up to {self.gust:g} m/s"),
+            (self.thrust_loss, f"{100.0 * self.thrust_loss:g} % less thrust"),
+            (self.position_noise, f"positions measured to {self.position_noise:g} m"),
+            (self.velocity_noise, f"velocities measured to {self.velocity_noise:g} m/s"),
+            (self.delay, f"measurements {1e3 * self.delay:g} ms old"),
+        )
+        return ", ".join(words for there, words in parts if there)
+
+
+_CALM = Disturbance()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +78,7 @@ class RunSettings:
         goal_tolerance: the body has arrived when its centre is this near to the goal [m].
         settle_time: how long to wait for arrival after the trajectory has ended [s].
         video: render run.mp4, the slowest of the artefacts.
+        disturbance: what the flight has to put up with, unknown to planner and controller.
     """
 
     seed: int = 0
@@ -33,6 +90,7 @@ class RunSettings:
     goal_tolerance: float = 0.05
     settle_time: float = 2.0
     video: bool = True
+    disturbance: Disturbance = _CALM
 
     def __post_init__(self) -> None:
         if not isinstance(self.seed, int) or self.seed < 0:

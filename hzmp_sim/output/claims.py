@@ -48,7 +48,7 @@ def claims(run: Run) -> list[Claim]:
                 f"steps; the smallest distance to an obstacle was "
                 f"{number(m.get('min_clearance_m'))} m ({scene.clearance:g} m was planned).",
                 "Contacts and distances of the colliding geoms at each physics step, not between "
-                "steps.",
+                f"steps. The flight was disturbed by {m.get('disturbed_by') or 'nothing'}.",
             )
         )
     return found

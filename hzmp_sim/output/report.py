@@ -112,6 +112,7 @@ def _flight_table(run: Run) -> list[Figure]:
         ("Smallest clearance", m.get("min_clearance_m"), "m"),
         ("Tracking error, largest", m.get("tracking_error_max_m"), "m"),
         ("Tracking error, rms", m.get("tracking_error_rms_m"), "m"),
+        ("Off by more than the clearance for", m.get("beyond_clearance_s"), "s"),
         ("Collision steps", m.get("collision_steps"), ""),
         ("Simulation speed", m.get("realtime_factor"), "times real time"),
         ("Replans", m.get("replans"), ""),

@@ -48,6 +48,8 @@ class Actuation(ABC):
     """The feedback law."""
     default_limits: Limits
     """Limits of a reference that this body follows closely."""
+    actuators: tuple[int, ...]
+    """That move the body."""
 
     def __init__(self, model: mujoco.MjModel, body: str) -> None:
         self._body = body
@@ -55,7 +57,7 @@ class Actuation(ABC):
 
     @abstractmethod
     def state(self, data: mujoco.MjData) -> BodyState:
-        """Measured state of the body."""
+        """State of the body; `data` must hold up-to-date kinematics (as after `mj_forward`)."""
 
     @abstractmethod
     def trim(self, data: mujoco.MjData) -> None:
@@ -67,18 +69,18 @@ class Actuation(ABC):
     def apply(
         self,
         data: mujoco.MjData,
+        state: BodyState,
         position: Sequence[float],
         velocity: Sequence[float],
         acceleration: Sequence[float],
         jerk: Sequence[float],
     ) -> None:
-        """Write `data.ctrl` so that the body follows the reference, each (3,) in the world.
+        """Write `data.ctrl` so that a body follows the reference, each (3,) in the world.
 
-        `data` must hold up-to-date kinematics (as after `mj_step` or `mj_forward`). Lists are
-        faster than arrays.
+        `state` is what is measured of it. Lists are faster than arrays.
         """
         reference = Reference(position, velocity, acceleration, jerk)
-        self._write(data, self.controller.command(self.state(data), reference))
+        self._write(data, self.controller.command(state, reference))
 
 
 def actuation_for(model: mujoco.MjModel, body: str) -> Actuation:
@@ -130,6 +132,7 @@ class SlideActuation(Actuation):
             # What stands still without moving: weight that nothing compensates, springs.
             loads[axis] = sign * float(data.qfrc_bias[dof] - data.qfrc_passive[dof])
             self._slides.append((axis, dof, sign, actuator, sign / gain))
+        self.actuators = tuple(actuator for *_, actuator, _ in self._slides)
         self._loads = tuple(loads)
         self.controller = PointController(masses, limits, loads)
         self.default_limits = _slide_limits(body, masses, limits, loads)
@@ -157,6 +160,7 @@ class QuadrotorActuation(Actuation):
         self._qpos = int(model.jnt_qposadr[joint])
         self._dof = int(model.jnt_dofadr[joint])
         self._rotors = rotors = site_thrusts(model, body)
+        self.actuators = tuple(rotors)
         data = at_rest(model)
         mass, com, inertia = rigid_body(model, data, self._dof)
         if model.dof_armature[self._dof : self._dof + 6].any():

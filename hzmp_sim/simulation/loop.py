@@ -12,8 +12,10 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
+from hzmp_sim.settings import Disturbance
 from hzmp_sim.simulation.actuation import Actuation
 from hzmp_sim.simulation.contact_audit import ContactAudit
+from hzmp_sim.simulation.disturbance import Sensors, disturbed_model, wind_at_steps
 from hzmp_tracking import Trajectory
 
 _AT_REST = 0.05  # [m/s] a body slower than this has settled
@@ -35,6 +37,8 @@ def fly(
     *,
     goal_tolerance: float,
     settle_time: float,
+    disturbance: Disturbance,
+    seed: int,
     advance: Callable[[float], None],
 ) -> Flight:
     """Track the trajectory in MuJoCo, one control and one audit a physics step.
@@ -48,9 +52,11 @@ def fly(
         actuation: from reference and state to actuator inputs.
         goal_tolerance: see `RunSettings` [m].
         settle_time: likewise [s].
+        disturbance: what the controller is not told of.
+        seed: of its random parts.
         advance: told the simulated time that has passed [s].
     """
-    model = scene.model
+    model = disturbed_model(scene.model, actuation.actuators, disturbance)
     data = mujoco.MjData(model)
     data.qpos[:] = scene.initial_qpos
     mujoco.mj_forward(model, data)
@@ -60,6 +66,9 @@ def fly(
     reference = _Reference(scene, trajectory, times)
     actuation.trim(data)
     mujoco.mj_forward(model, data)
+    rng = np.random.default_rng(seed)
+    wind = wind_at_steps(disturbance, steps, dt, rng)
+    sensors = Sensors(disturbance, steps, dt, rng)
     audit = ContactAudit(scene, data)
     body = int(model.body(scene.body).id)
     states = np.empty((steps, model.nq + 7 + model.nu))
@@ -70,7 +79,7 @@ def fly(
     began = time.perf_counter()
     for k in range(steps):
         clearance[k], nearest[k], contact[k] = audit.step()
-        actuation.apply(data, *reference.at(k))
+        actuation.apply(data, sensors.measure(actuation.state(data)), *reference.at(k))
         states[k] = np.concatenate([data.qpos, data.xpos[body], data.xquat[body], data.ctrl])
         rows = k + 1
         over = times[k] >= trajectory.duration
@@ -78,6 +87,7 @@ def fly(
             moved = np.linalg.norm(states[k, model.nq :][:3] - states[k - 1, model.nq :][:3])
             if moved <= _AT_REST * dt:
                 break
+        model.opt.wind = wind[k]
         mujoco.mj_step(model, data)
         # mj_step leaves contacts and poses of the state before it: bring them up to date.
         mujoco.mj_fwdPosition(model, data)

@@ -15,6 +15,7 @@ from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan, PlanStatus, Verification
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
+from hzmp_sim.settings import RunSettings
 from hzmp_tracking import Trajectory
 
 EXIT_CODES = {
@@ -37,8 +38,7 @@ def collect_metrics(
     trajectory: Trajectory | None,
     log: FlightLog | None,
     *,
-    goal_tolerance: float,
-    seed: int,
+    settings: RunSettings,
     simulated_per_wall: float | None,
     timings: dict[str, float],
     notes: Sequence[str],
@@ -51,7 +51,7 @@ def collect_metrics(
     error = None if log is None else log.tracking_error
     found = math.isfinite(plan.cost)
     return {
-        "status": _status(scene, plan, log, goal_tolerance),
+        "status": _status(scene, plan, log, settings.goal_tolerance),
         "collision_steps": 0 if log is None else int(log.collision.sum()),
         "contacts": {} if log is None else _contacts(scene, log),
         "steps": 0 if log is None else len(log.time),
@@ -63,6 +63,7 @@ def collect_metrics(
         "containment_m": None if trajectory is None else trajectory.containment,
         "tracking_error_max_m": None if error is None else float(error.max()),
         "tracking_error_rms_m": None if error is None else float(np.sqrt(np.mean(error**2))),
+        "beyond_clearance_s": None if log is None else _longest_beyond(scene, log),
         "goal_distance_m": None if log is None else _goal_distance(scene, log),
         "replans": 0,
         "replan_latency_ms": {"median": None, "p99": None, "max": None},
@@ -84,7 +85,9 @@ def collect_metrics(
         "plan_verified": verification.ok,
         "plan_residual_m": max(verification.residuals.values()),
         "body": scene.body,
-        "seed": seed,
+        "seed": settings.seed,
+        "disturbance": asdict(settings.disturbance),
+        "disturbed_by": settings.disturbance.describe(),
         "warnings": [*scene.warnings, *notes, *_flight_warnings(scene, log)],
         "versions": _versions(),
     }
@@ -99,6 +102,14 @@ def _contacts(scene: Scene, log: FlightLog) -> dict[str, dict[str, float]]:
         }
         for geom in dict.fromkeys(log.contact[log.collision].tolist())
     }
+
+
+def _longest_beyond(scene: Scene, log: FlightLog) -> float:
+    """Longest time in which the body was further off its reference than the clearance [s]."""
+    off = np.concatenate([[False], log.tracking_error > scene.clearance, [False]])
+    begins, ends = np.flatnonzero(off[1:] > off[:-1]), np.flatnonzero(off[1:] < off[:-1])
+    step = float(log.time[1] - log.time[0]) if len(log.time) > 1 else 0.0
+    return step * int((ends - begins).max(initial=0))
 
 
 def _flight_warnings(scene: Scene, log: FlightLog | None) -> list[str]:

@@ -92,8 +92,7 @@ def simulate(
             verification,
             trajectory,
             flight.log if flight else None,
-            goal_tolerance=settings.goal_tolerance,
-            seed=settings.seed,
+            settings=settings,
             simulated_per_wall=_speed(flight),
             timings=timings,
             notes=notes,
@@ -127,6 +126,8 @@ def _fly(
             actuation,
             goal_tolerance=settings.goal_tolerance,
             settle_time=settings.settle_time,
+            disturbance=settings.disturbance,
+            seed=settings.seed,
             advance=advance,
         )
 

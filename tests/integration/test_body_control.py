@@ -49,7 +49,7 @@ def errors_of_flight(
     errors = []
     for reference in zip(*(part.tolist() for part in lifted), strict=True):
         errors.append(np.linalg.norm(data.xpos[centre] - reference[0]))
-        actuation.apply(data, *reference)
+        actuation.apply(data, actuation.state(data), *reference)
         mujoco.mj_step(model, data)
     return np.array(errors)
 

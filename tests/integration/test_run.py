@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -346,8 +347,8 @@ def test_a_flight_that_blows_up_ends_with_data_and_a_reason(
 
     gentle = actuation.SlideActuation.apply
 
-    def push(self: actuation.SlideActuation, data: mujoco.MjData, *reference: list[float]) -> None:
-        gentle(self, data, *reference)
+    def push(self: actuation.SlideActuation, data: mujoco.MjData, *told: Any) -> None:
+        gentle(self, data, *told)
         if data.time > 0.5:
             data.qfrc_applied[:] = 1e12
 

@@ -161,12 +161,15 @@ class MjModel:
     def site(self, key: int | str) -> _Named: ...
 
 class MjOption:
+    density: float
     disableflags: int
     enableflags: int
     gravity: _Floats  # (3,)
     jacobian: int
     o_margin: float
     timestep: float
+    viscosity: float
+    wind: _Floats  # (3,)
 
 class MjSpec:
     assets: dict[str, bytes]
