@@ -41,6 +41,7 @@ from hzmp_sim.simulation import audit as audit
 from hzmp_sim.simulation import simulate as simulate
 from hzmp_tracking import Limits as Limits
 from hzmp_tracking import Trajectory as Trajectory
+from hzmp_tracking import stop_trajectory as stop_trajectory
 from hzmp_tracking import time_parameterize as time_parameterize
 
 __version__ = "0.1.0"
@@ -87,6 +88,7 @@ __all__ = [
     "plan_corridors",
     "plan_many",
     "simulate",
+    "stop_trajectory",
     "time_parameterize",
     "verify",
 ]

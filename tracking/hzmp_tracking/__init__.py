@@ -8,6 +8,7 @@ from hzmp_tracking.controllers import (
     Reference,
 )
 from hzmp_tracking.limits import Limits
+from hzmp_tracking.safe_stop import stop_trajectory
 from hzmp_tracking.timing import time_parameterize
 from hzmp_tracking.trajectory import Sample, Trajectory
 
@@ -20,5 +21,6 @@ __all__ = [
     "Reference",
     "Sample",
     "Trajectory",
+    "stop_trajectory",
     "time_parameterize",
 ]

@@ -56,7 +56,7 @@ def time_parameterize(
     """
     points, chain = _checked(waypoints, cells)
     n = points.shape[1]
-    velocity, acceleration = _start_state(start_velocity, start_acceleration, limits, n)
+    velocity, acceleration = start_state(start_velocity, start_acceleration, limits, n)
     vias = place_vias(points, chain)
     candidates = [_splines(vias, chain, limits, velocity, acceleration)]
     if velocity.any() or acceleration.any():
@@ -193,7 +193,7 @@ def _checked(
     return points, chain
 
 
-def _start_state(
+def start_state(
     velocity: ArrayLike | None, acceleration: ArrayLike | None, limits: Limits, n: int
 ) -> tuple[Floats, Floats]:
     """Velocity and acceleration at the start, checked against the limits."""
