@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import Floats, frozen
 from hzmp_planners.errors import QueryError, SceneError
+from hzmp_sim.scene.attach import attach_body
 from hzmp_sim.scene.bodies import (
     Body,
-    attach_body,
     choose_body,
     descends,
     is_bundled,
