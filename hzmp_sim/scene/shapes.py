@@ -49,6 +49,13 @@ class Box:
     half: Floats
     """Half lengths [m], shape (n,)."""
 
+    @property
+    def corners(self) -> Floats:
+        """Its vertices [m], shape (2^n, n)."""
+        n = self.half.size
+        signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * n)).reshape(n, -1).T
+        return np.asarray(self.centre + (signs * self.half) @ self.axes.T)
+
     def support(self, directions: Floats) -> Floats:
         return np.asarray(directions @ self.centre + np.abs(directions @ self.axes) @ self.half)
 
