@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import mujoco
 import numpy as np
@@ -26,6 +27,8 @@ class Body:
     name: str
     planar: bool
     """Moves in a horizontal plane only."""
+    orientation: Literal["fixed", "tilts", "turns"]
+    """ "tilts": a free body, which leans to fly; "turns": by hinges or balls."""
     centre: Floats
     """Where its frame stands at qpos0, shape (3,) [m]."""
     geoms: tuple[int, ...]
@@ -108,7 +111,15 @@ def read_body(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Body:
         bottom, top = vertical_range(shape)
         low, high = min(low, bottom), max(high, top)
     span = _reach(model, data, body, centre)
-    return Body(body, name, planar, centre, geoms, radius, (low, high), span)
+    kind = _orientation(model, body)
+    return Body(body, name, planar, kind, centre, geoms, radius, (low, high), span)
+
+
+def _orientation(model: mujoco.MjModel, body: int) -> Literal["fixed", "tilts", "turns"]:
+    kinds = {int(model.jnt_type[joint]) for joint in _joints(model, body)}
+    if _JOINT.mjJNT_FREE in kinds:
+        return "tilts"
+    return "fixed" if kinds == {int(_JOINT.mjJNT_SLIDE)} else "turns"
 
 
 def _reach(

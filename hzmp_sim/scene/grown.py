@@ -7,8 +7,10 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.bodies import Body
-from hzmp_sim.scene.constants import CLIP_RATIO, SLICE_SHARE, TOUCH_TOL
+from hzmp_sim.scene.body_shape import BodyShape
+from hzmp_sim.scene.constants import CLIP_RATIO, MIN_GROWTH, SLICE_SHARE, TOUCH_TOL
 from hzmp_sim.scene.geoms import HalfSpace, Part
+from hzmp_sim.scene.minkowski import Difference
 from hzmp_sim.scene.outer import Outer, outer_polytope
 from hzmp_sim.scene.placement import Bounds
 from hzmp_sim.scene.planar import slice_halfspace, slice_shape, vertical_range
@@ -19,45 +21,59 @@ from hzmp_sim.scene.shapes import Shape
 def grown_obstacle(
     part: Part,
     body: Body,
+    shape: BodyShape,
     bounds: Bounds,
     clearance: float,
-    grow: float,
+    margin: float,
     tolerance: float,
 ) -> tuple[Outer | None, Role, str]:
-    """The grown obstacle of a part of a geom, or None; its role, and why it is none."""
-    shape, excess = part.shape, part.excess
+    """The obstacle of the centre that a part of a geom is, or None; its role, and why it is none.
+
+    Args:
+        part: of a geom, in the world.
+        body: how it moves.
+        shape: what stands for it.
+        bounds: box of the centre (lo, hi), each (n,) [m].
+        clearance: distance to keep [m].
+        margin: contact margin of the geom [m].
+        tolerance: how much larger than exact the obstacle may be [m].
+    """
+    solid, excess = part.shape, part.excess + shape.excess
     if body.planar:
         low, high = body.heights
         span = f"{round(low, 6) + 0.0:g} to {round(high, 6) + 0.0:g} m"
         beside = f"not within the heights {span} that the body moves in"
         # Clearance is kept upwards and downwards too, from what reaches into these heights.
         thick = (low - clearance, high + clearance)
-        if isinstance(shape, HalfSpace):
-            if slice_halfspace(shape, low, high) is None:
+        if isinstance(solid, HalfSpace):
+            if slice_halfspace(solid, low, high) is None:
                 return None, "beside", beside
-            shape = slice_halfspace(shape, *thick) or shape
+            solid = slice_halfspace(solid, *thick) or solid
         else:
-            bottom, top = vertical_range(shape)
+            bottom, top = vertical_range(solid)
             if top <= low + TOUCH_TOL or bottom >= high - TOUCH_TOL:
                 return None, "beside", beside
-            shape, slack = slice_shape(shape, *thick, SLICE_SHARE * tolerance)
+            solid, slack = slice_shape(solid, *thick, SLICE_SHARE * tolerance)
             excess += slack
-    if isinstance(shape, HalfSpace):
-        outer = _halfspace_obstacle(shape, bounds, grow)
-    elif _is_far(shape, bounds, grow):
-        return None, "outside", "outside the workspace"
+    grow = max(shape.radius + clearance + margin, MIN_GROWTH)
+    if isinstance(solid, HalfSpace):
+        outer = _halfspace_obstacle(solid, shape, bounds, grow)
     else:
-        outer = outer_polytope(shape, grow, tolerance - excess, _window(shape, bounds, grow))
+        sum_ = solid if shape.kind == "ball" else Difference(solid, shape.core)
+        if _is_far(sum_, bounds, grow):
+            return None, "outside", "outside the workspace"
+        window = _window(sum_, bounds, body.radius + clearance + margin)
+        outer = outer_polytope(sum_, grow, tolerance - excess, window)
     if not _meets(outer, bounds):
         return None, "outside", "outside the workspace"
     return Outer(outer.polytope, outer.vertices, outer.error + excess), "obstacle", ""
 
 
-def _halfspace_obstacle(plane: HalfSpace, bounds: Bounds, grow: float) -> Outer:
+def _halfspace_obstacle(plane: HalfSpace, shape: BodyShape, bounds: Bounds, grow: float) -> Outer:
     """The part of the grown half-space around the bounds, as a polytope."""
     low, high = bounds[0] - 1.0, bounds[1] + 1.0
     box = Polytope.from_box(low, high)
-    offset = plane.offset + grow
+    offset = plane.offset + float(shape.core.support(-plane.normal[None, :])[0]) + grow
     if offset >= -least_over_box(-plane.normal, low, high):  # all of the box
         return Outer(box, box.vertices(), 0.0)
     A, b = np.vstack([box.A, plane.normal]), np.append(box.b, offset)
@@ -65,13 +81,13 @@ def _halfspace_obstacle(plane: HalfSpace, bounds: Bounds, grow: float) -> Outer:
     return Outer(polytope, polytope.vertices(), 0.0)
 
 
-def _window(shape: Shape, bounds: Bounds, grow: float) -> Bounds | None:
-    """The box to cut a shape off at: None unless it dwarfs the bounds."""
+def _window(shape: Shape, bounds: Bounds, room: float) -> Bounds | None:
+    """The box to cut a shape off at, `room` beyond the bounds: None unless it dwarfs them."""
     size = float((bounds[1] - bounds[0]).max())
-    low, high = bounds[0] - CLIP_RATIO * size - grow, bounds[1] + CLIP_RATIO * size + grow
+    low, high = bounds[0] - CLIP_RATIO * size - room, bounds[1] + CLIP_RATIO * size + room
     axes = np.eye(low.size)
     fits = (shape.support(axes) <= high).all() and (-shape.support(-axes) >= low).all()
-    return None if fits else (bounds[0] - grow, bounds[1] + grow)
+    return None if fits else (bounds[0] - room, bounds[1] + room)
 
 
 def _is_far(shape: Shape, bounds: Bounds, grow: float) -> bool:

@@ -11,6 +11,7 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.bodies import Body
+from hzmp_sim.scene.body_shape import BodyShape
 from hzmp_sim.scene.constants import MANY_PARTS, MERGE_SHARE, TOUCH_TOL
 from hzmp_sim.scene.contact_filter import contact_margins
 from hzmp_sim.scene.geoms import (
@@ -41,11 +42,14 @@ def read_obstacles(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     body: Body,
+    shape: BodyShape,
     bounds: Bounds,
     clearance: float,
     tolerance: float,
 ) -> Obstacles:
     """Obstacles of the body's centre within `bounds` (lo, hi), each (n,) [m].
+
+    `shape` is what stands for the body.
 
     Raises:
         SceneError: a geom that can touch the body is on a jointed body, or a flex, or too large.
@@ -70,11 +74,14 @@ def read_obstacles(
             reason, moving = _mobility(model, geom)
             if moving:
                 warnings.append(f"{name} is on a mocap body: planned where it stands now")
-            grow = body.radius + clearance + float(margins[geom])
-            near = _reach_box(body, bounds, clearance, grow)
+            margin = float(margins[geom])
+            near = _reach_box(body, shape, bounds, clearance, margin)
             parts = geom_parts(model, data, geom, near, MERGE_SHARE * tolerance)
             try:
-                found = [grown_obstacle(p, body, bounds, clearance, grow, tolerance) for p in parts]
+                found = [
+                    grown_obstacle(part, body, shape, bounds, clearance, margin, tolerance)
+                    for part in parts
+                ]
             except SceneError as error:
                 raise SceneError(f"{name}: {error}") from error
             outers = [outer for outer, _, _ in found if outer is not None]
@@ -129,9 +136,12 @@ def _notes(name: str, kind: str, parts: int) -> list[str]:
     return []
 
 
-def _reach_box(body: Body, bounds: Bounds, clearance: float, grow: float) -> Bounds:
+def _reach_box(
+    body: Body, shape: BodyShape, bounds: Bounds, clearance: float, margin: float
+) -> Bounds:
     """World box (lo, hi), each (3,), of what can be an obstacle: the rest is not even read."""
-    low, high = bounds[0] - grow, bounds[1] + grow
+    reach = shape.extent
+    low, high = bounds[0] + reach[0] - clearance - margin, bounds[1] + reach[1] + clearance + margin
     if body.planar:
         low, high = np.append(low, body.heights[0]), np.append(high, body.heights[1])
         low[2], high[2] = low[2] - clearance, high[2] + clearance
