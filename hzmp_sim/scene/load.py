@@ -118,7 +118,9 @@ def load_scene(
     bounds = centre_bounds(space, solid, moving.reach)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         check_inside(label, point, bounds)
-    loose = max(BOX_MITRE * solid.mitre_radius(keep), MIN_TOLERANCE)
+    # What turns gets the tolerance of the ball that holds it: less costs leaves at turned obstacles.
+    sharp = solid.mitre_radius(keep) if solid.kind == "hull" else moving.radius + keep
+    loose = max(BOX_MITRE * sharp, MIN_TOLERANCE)
     tight = loose if finest is None else finest
     obstacles = read_obstacles(world.model, world.data, moving, solid, bounds, keep, tight)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):

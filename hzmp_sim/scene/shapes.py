@@ -15,7 +15,12 @@ from scipy.spatial import ConvexHull, QhullError
 
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_sim.scene.constants import FLAT_HULL_THICKNESS, MAX_HULL_FACETS
-from hzmp_sim.scene.directions import ball_normals, polygon_normals, prism_normals
+from hzmp_sim.scene.directions import (
+    ball_normals,
+    bevel_normals,
+    polygon_normals,
+    prism_normals,
+)
 
 
 class Shape(Protocol):
@@ -64,8 +69,9 @@ class Box:
         return np.asarray(self.centre + np.clip(local, -self.half, self.half) @ self.axes.T)
 
     def normals(self, grow: float, tolerance: float) -> Floats:
-        del grow, tolerance  # its own facets are exact
-        return np.vstack([self.axes.T, -self.axes.T])
+        if self.half.size == 2:  # corners are cut where they are
+            return np.vstack([self.axes.T, -self.axes.T])
+        return np.asarray(bevel_normals(grow, tolerance) @ self.axes.T)
 
 
 @dataclass(frozen=True, eq=False)

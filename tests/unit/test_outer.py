@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shape_samples import SHAPES, units
+from shape_samples import SHAPES, rotation, units
 
 from hzmp_sim.scene.outer import outer_polytope
 from hzmp_sim.scene.shapes import Box, Capsule, Cylinder, Ellipsoid, Shape, farthest
@@ -99,3 +99,13 @@ def test_farthest_point_of_an_ellipsoid(seed: int) -> None:
     sampled = np.linalg.norm(centre + units(200_000, k, seed) @ generators.T, axis=1).max()
     assert sampled <= farthest(centre, generators) + 1e-9
     assert farthest(centre, generators) == pytest.approx(float(sampled), rel=1e-3)
+
+
+def test_a_box_gets_a_bevel_along_each_edge_before_its_corners_are_cut() -> None:
+    box = Box(np.zeros(3), rotation(6), np.array([1.0, 0.7, 0.5]))
+    outers = [outer_polytope(box, 0.2, 0.2 * share) for share in (0.75, 0.6, 0.23, 0.13)]
+    assert [len(outer.polytope.b) for outer in outers] == [6, 18, 18, 26]
+    errors = np.array([outer.error for outer in outers]) / 0.2
+    np.testing.assert_allclose(
+        errors, [3**0.5 - 1.0, 1.5**0.5 - 1.0, 1.5**0.5 - 1.0, 0.1281], atol=1e-4
+    )
