@@ -6,8 +6,8 @@ DEFAULT_CLEARANCE = 0.05
 BOX_MITRE = 0.75
 """Default tolerance as a share of the growth: just above sqrt(3) - 1 = 0.73, so a grown box keeps
 its 6 facets (its corners stand out by 0.73 of the growth) and leaves stay few. Bevels along the
-edges (a share of 0.23, 18 facets) shorten paths of the bundled worlds by 0.9 to 1.7 % for 1.5 to 5
-times the leaves and up to 70 times the time to close the gap (measured, docs/method.md)."""
+edges (a share of 0.23, 18 facets) shorten paths by 0 to 1.7 % for 1.5 to 3 times the leaves, and up
+to 4 times the time to decompose and to close the gap (measured, benchmarks/bevels.py)."""
 
 MIN_GROWTH = 1e-4
 """Least radius of the ball that obstacles are grown by [m], for a body without rounding that keeps

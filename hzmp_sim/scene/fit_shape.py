@@ -67,8 +67,9 @@ def fit_shape(
         raise SceneError(f"shape {choice!r} does not suit body {body.name!r}: it {why}; {valid} do")
     if choice == "ball" or fitting == "ball":
         return ball
-    finest = BODY_TOL_SHARE * (MIN_TOLERANCE if tolerance is None else tolerance)
-    fine = min(BODY_SHARE * body.radius, finest)
+    # The same whether the default tolerance is given or not: a run is read again with it given.
+    least = MIN_TOLERANCE if tolerance is None else min(tolerance, MIN_TOLERANCE)
+    fine = min(BODY_SHARE * body.radius, BODY_TOL_SHARE * least)
     if fitting == "hull":
         shape = _hull(_geom_shapes(model, data, body, np.eye(3)), n, fine)
     else:

@@ -118,7 +118,7 @@ def load_scene(
     bounds = centre_bounds(space, solid, moving.reach)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         check_inside(label, point, bounds)
-    # What turns gets the tolerance of the ball that holds it: less costs leaves at turned obstacles.
+    # What turns gets the tolerance of the ball that holds it: less costs leaves at turned boxes.
     sharp = solid.mitre_radius(keep) if solid.kind == "hull" else moving.radius + keep
     loose = max(BOX_MITRE * sharp, MIN_TOLERANCE)
     tight = loose if finest is None else finest
