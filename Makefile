@@ -38,6 +38,7 @@ format: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/planner.py
+	$(BIN)/python benchmarks/bevels.py
 	$(BIN)/python -m benchmarks.sets
 	$(BIN)/hzmp-sim bench scale
 	$(BIN)/hzmp-sim bench peers

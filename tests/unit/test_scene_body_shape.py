@@ -1,5 +1,6 @@
 """What stands for the body, against MuJoCo: no more free space than there is, and all of it."""
 
+import re
 from pathlib import Path
 
 import mujoco
@@ -146,6 +147,18 @@ def test_planar_box_keeps_clear(tmp_path: Path, kind: str) -> None:
     assert distances(scene, centres[free]).min() >= scene.clearance - 1e-6
 
 
+@pytest.mark.parametrize("geom", ['type="box" size="0.5 0.3 2"', 'type="cylinder" size="0.6 2"'])
+def test_planar_box_loses_nothing_beside_upright_walls(tmp_path: Path, geom: str) -> None:
+    file = world(tmp_path, "planar box", "box", 0)
+    upright = re.sub(r'quat="[^"]*"', 'euler="0 0 50"', file.read_text())
+    file.write_text(upright.replace(GEOMS["box"], geom))
+    scene = scene_of(file, "planar box")
+    centres = around(scene, POSITIONS)
+    free, distance = is_free(scene, centres), distances(scene, centres)
+    assert distance[free].min() >= scene.clearance - 1e-6
+    assert distance[~free].max() <= scene.clearance + scene.geoms[0].error + 1e-6
+
+
 @pytest.mark.parametrize("kind", GEOMS)
 def test_cylinder_holds_the_quadrotor_however_it_tilts(tmp_path: Path, kind: str) -> None:
     scene = scene_of(world(tmp_path, "quadrotor", kind, 7), "quadrotor")
@@ -172,6 +185,8 @@ def test_a_body_of_several_geoms_is_within_its_hull(tmp_path: Path) -> None:
     centres = around(scene, POSITIONS)
     free, distance = is_free(scene, centres), distances(scene, centres)
     assert distance[free].min() >= scene.clearance - 1e-6
+    again = scene_of(file, "box", tolerance=scene.tolerance)  # as a run is read again
+    assert again.shape.as_dict() == scene.shape.as_dict()
     low, high = scene.shape.extent
     np.testing.assert_allclose(low, [-0.3, -0.2, -0.03], atol=scene.shape.excess)
     np.testing.assert_allclose(high[:2], [0.3, 0.2], atol=scene.shape.excess)
