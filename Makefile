@@ -38,8 +38,8 @@ format: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/planner.py
-	$(BIN)/python benchmarks/bevels.py
 	$(BIN)/python -m benchmarks.sets
+	$(BIN)/python benchmarks/bevels.py
 	$(BIN)/hzmp-sim bench scale
 	$(BIN)/hzmp-sim bench peers
 	$(BIN)/hzmp-sim bench paper

@@ -94,8 +94,8 @@ class World:
             self.clearance,
             self.tolerance,
             self.coacd if self.convex_decomposition else False,
-            self.shape,
-            self.max_tilt,
+            shape=self.shape,
+            max_tilt=self.max_tilt,
         )
         for report in scene.pieces:
             print(f"hzmp-sim: {report.describe()}", file=sys.stderr)
