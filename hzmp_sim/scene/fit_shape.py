@@ -54,7 +54,8 @@ def fit_shape(
     n = 2 if body.planar else 3
     ball = BodyShape("ball", Capsule(np.zeros((2, n)), 0.0), body.radius)
     limit = MAX_TILT if max_tilt is None else max_tilt
-    stands = math.acos(min(1.0, float(data.xmat[body.id][8])))  # its z axis off the vertical
+    upright = float(np.clip(data.xmat[body.id][8], -1.0, 1.0))
+    stands = math.acos(upright)  # its z axis off the vertical
     fitting, why = {
         "fixed": ("hull", "keeps its orientation"),
         "tilts": ("cylinder", "tilts as it flies"),
