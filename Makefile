@@ -40,6 +40,7 @@ bench: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/planner.py
 	$(BIN)/python benchmarks/trajectories.py
 	$(BIN)/python -m benchmarks.sets
+	$(BIN)/python benchmarks/bevels.py
 	$(BIN)/hzmp-sim bench scale
 	$(BIN)/hzmp-sim bench peers
 	$(BIN)/hzmp-sim bench paper

@@ -18,6 +18,7 @@ from hzmp_planners.errors import HzmpError, QueryError
 from hzmp_planners.planning import PlanStatus
 from hzmp_sim import __version__
 from hzmp_sim.bench.commands import bench
+from hzmp_sim.scene.body_shape import ShapeChoice
 from hzmp_sim.scene.decomposition.settings import ConvexDecomposition
 from hzmp_sim.settings import RunSettings
 
@@ -58,6 +59,10 @@ class World:
         tolerance: how much larger than exact an obstacle may be [m].
         convex_decomposition: cut non-convex meshes into convex pieces; else they are their hulls.
         coacd: how to cut them.
+        shape: what stands for the body: ball about its centre; hull of a body that keeps its
+            orientation; upright cylinder that holds a free body at any yaw and tilts up to
+            max-tilt; auto: what keeps most free space.
+        max_tilt: tilt that the cylinder holds the body for [rad]; default 0.6.
     """
 
     body: str | None = None
@@ -68,6 +73,8 @@ class World:
     tolerance: float | None = None
     convex_decomposition: Switch = False
     coacd: ConvexDecomposition = _DEFAULT_COACD
+    shape: ShapeChoice = "auto"
+    max_tilt: float | None = None
 
     def load(self, path: str) -> Scene:
         """The scene; its warnings, and what became of its meshes, are printed to stderr."""
@@ -88,6 +95,8 @@ class World:
             self.clearance,
             self.tolerance,
             self.coacd if self.convex_decomposition else False,
+            shape=self.shape,
+            max_tilt=self.max_tilt,
         )
         for report in scene.pieces:
             print(f"hzmp-sim: {report.describe()}", file=sys.stderr)

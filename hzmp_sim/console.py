@@ -110,6 +110,7 @@ def scene_as_dict(scene: Scene, space: FreeSpace, passage: Passage) -> dict[str,
         "start": scene.start.tolist(),
         "goal": scene.goal.tolist(),
         "radius_m": scene.radius,
+        "shape": scene.shape.as_dict(),
         "clearance_m": scene.clearance,
         "tolerance_m": scene.tolerance,
         "height_m": scene.height,
@@ -119,7 +120,7 @@ def scene_as_dict(scene: Scene, space: FreeSpace, passage: Passage) -> dict[str,
         "components": int(space.graph.components.max(initial=-1)) + 1,
         "free_volume": space.volume,
         "widest_body": {
-            "radius_m": None if passage.passes is None else scene.radius + passage.passes,
+            "radius_m": _widest_radius(scene, passage),
             "extra_radius_m": passage.passes,
             "blocked_from_extra_radius_m": passage.blocked,
         },
@@ -164,6 +165,7 @@ def print_scene(
     console.print(
         f"body      {scene.body}: {scene.n}-D, radius {1e3 * scene.radius:.0f} mm, "
         f"clearance {1e3 * scene.clearance:.0f} mm",
+        f"shape     {scene.shape.describe()}",
         f"workspace {sizes} m",
         f"space     {facts['obstacles']} obstacles -> {facts['leaves']} leaves, "
         f"{facts['faces']} shared faces, {facts['components']} components, "
@@ -180,11 +182,23 @@ def passage_line(scene: Scene, passage: Passage) -> str:
     """What is proved of wider bodies, at the same clearance."""
     if passage.passes is None:
         return "start and goal are not connected for this body"
+    if scene.shape.kind != "ball":
+        return (
+            f"the body still gets from start to goal when {1e3 * passage.passes:.1f} mm larger all "
+            f"around, not when {1e3 * passage.blocked:.1f} mm"
+        )
     through, blocked = scene.radius + passage.passes, scene.radius + passage.blocked
     return (
         f"a body of radius {1e3 * through:.1f} mm ({1e3 * passage.passes:+.1f} mm) still gets from "
         f"start to goal, one of {1e3 * blocked:.1f} mm does not"
     )
+
+
+def _widest_radius(scene: Scene, passage: Passage) -> float | None:
+    """Radius of the widest ball [m]; None for other shapes, which have no such number."""
+    if passage.passes is None or scene.shape.kind != "ball":
+        return None
+    return scene.radius + passage.passes
 
 
 def wide_console() -> Console:

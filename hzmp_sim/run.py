@@ -47,6 +47,12 @@ class FlightLog:
         return np.asarray(self.contact >= 0)
 
     @property
+    def tilt(self) -> Floats:
+        """Angle between the vertical and the body's z axis [rad], shape (T,)."""
+        x, y = self.quaternion[:, 1], self.quaternion[:, 2]
+        return np.asarray(2.0 * np.arcsin(np.minimum(1.0, np.hypot(x, y))))
+
+    @property
     def tracking_error(self) -> Floats:
         """Distance of the centre to its reference [m], shape (T,)."""
         return np.asarray(np.linalg.norm(self.position - self.reference, axis=1))

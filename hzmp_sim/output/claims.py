@@ -58,8 +58,8 @@ def _plan_claims(run: Run) -> list[Claim]:
     plan, scene = run.plan, run.scene
     verified = bool(run.metrics["plan_verified"])
     model = (
-        f"The body is a {'disc' if scene.n == 2 else 'ball'} of {number(scene.radius)} m about its "
-        f"centre, kept {scene.clearance:g} m from obstacles; each obstacle is a convex polytope "
+        f"The body is {scene.shape.describe()}, "
+        f"kept {scene.clearance:g} m from obstacles; each obstacle is a convex polytope "
         f"around the geom, at most {number(scene.tolerance)} m too large."
     )
     if plan.status is PlanStatus.INFEASIBLE:

@@ -59,10 +59,11 @@ def leaf_figure(scene: Scene, space: FreeSpace, explode: float = 0.0) -> Figure:
             *point[:, None], marker, color=colour, mec=palette.INK, mew=0.8, ms=size, ls="",
             label=name, zorder=7, clip_on=flat, in_layout=flat,
         )  # fmt: skip
+    ball = scene.shape.kind == "ball"
+    grown_by = f"the body's {f'radius, {1e3 * scene.radius:.0f} mm' if ball else scene.shape.kind}"
     figure.suptitle(
         f"{len(space.obstacles)} obstacles, {len(space)} leaves, {len(space.graph)} shared faces\n"
-        f"Obstacles are grown by the body's radius, {1e3 * scene.radius:.0f} mm, "
-        f"and the clearance, {1e3 * scene.clearance:.0f} mm.",
+        f"Obstacles are grown by {grown_by}, and the clearance, {1e3 * scene.clearance:.0f} mm.",
         fontsize=10,
     )
     handles, labels = axes.get_legend_handles_labels()

@@ -158,8 +158,8 @@ class _Stage:
         )  # fmt: skip
         scene = self._run.scene
         ends = scene.to_world(np.array([scene.start, scene.goal]))
-        self._ball(ends[0], scene.radius, palette.START)
-        self._ball(ends[1], scene.radius, palette.GOAL)
+        self._body(ends[0], palette.START)
+        self._body(ends[1], palette.GOAL)
         if self._path is not None:
             self._line(self._path, palette.PATH, line)
         if row and self._run.log is not None:
@@ -168,12 +168,20 @@ class _Stage:
             self._line(trail, palette.FLOWN, 1.5 * line)
         return self._renderer.render(self._scene)
 
-    def _ball(self, centre: Floats, radius: float, colour: str) -> None:
-        geom = self._next()
-        size, frame = np.full(3, max(radius, 3.0 * self.line)), np.eye(3).ravel()
-        kind = mujoco.mjtGeom.mjGEOM_SPHERE.value
+    def _body(self, centre: Floats, colour: str) -> None:
+        """Mark a place of the centre by what stands for the body there; a disc by a ball."""
+        geom, scene = self._next(), self._run.scene
+        kind, size = mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, scene.radius)
+        if scene.n == 3:
+            low, high = scene.shape.extent
+            centre, half = centre + 0.5 * (low + high), 0.5 * (high - low)
+            if scene.shape.kind == "hull":
+                kind, size = mujoco.mjtGeom.mjGEOM_BOX, half
+            elif scene.shape.kind == "cylinder":
+                kind, size = mujoco.mjtGeom.mjGEOM_CYLINDER, np.array([half[0], half[2], 0.0])
+        size = np.maximum(size, 3.0 * self.line)  # however small, it is seen
         colours = np.array(palette.rgba(colour, 0.45), np.float32)
-        mujoco.mjv_initGeom(geom, kind, size, centre, frame, colours)
+        mujoco.mjv_initGeom(geom, kind.value, size, centre, np.eye(3).ravel(), colours)
 
     def _line(self, points: Floats, colour: str, width: float) -> None:
         kind = mujoco.mjtGeom.mjGEOM_CAPSULE.value

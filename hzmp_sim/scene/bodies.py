@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal
 
 import mujoco
 import numpy as np
@@ -13,17 +12,11 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 from hzmp_sim.scene.geoms import HalfSpace, geom_name, geom_shape, reach
 from hzmp_sim.scene.planar import vertical_range
-from hzmp_sim.worlds import body_path
 
 BUNDLED = ("point", "quadrotor")
 """Bodies that can be attached to any world."""
 
 _JOINT = mujoco.mjtJoint
-_PREFIX = "flown/"
-
-
-class _Element(Protocol):
-    name: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +27,8 @@ class Body:
     name: str
     planar: bool
     """Moves in a horizontal plane only."""
+    orientation: Literal["fixed", "tilts", "turns"]
+    """ "tilts": a free body, which leans to fly; "turns": by hinges or balls."""
     centre: Floats
     """Where its frame stands at qpos0, shape (3,) [m]."""
     geoms: tuple[int, ...]
@@ -82,28 +77,6 @@ def is_bundled(model: mujoco.MjModel, name: str) -> bool:
     }
 
 
-def attach_body(spec: mujoco.MjSpec, body: str, centre: Floats, *, planar: bool) -> str:
-    """Attach a bundled body to a world, upright at `centre` (3,) [m]; returns its name there.
-
-    Its parts keep the names of the body's file, unless the world uses one of them already.
-    """
-    child = mujoco.MjSpec.from_file(str(body_path(body, planar=planar)))
-    names = {item.name for items in _elements(child) for item in items}
-    taken = {item.name for items in _elements(spec) for item in items}
-    frame = spec.worldbody.add_frame(pos=centre)
-    spec.attach(child, prefix=_PREFIX, frame=frame)  # MuJoCo cannot save what has no prefix
-    if names & taken - {""}:
-        return _PREFIX + body
-    for items in _elements(spec):
-        for item in items:
-            item.name = item.name.removeprefix(_PREFIX)
-    for geom in spec.geoms:
-        geom.material = geom.material.removeprefix(_PREFIX)
-    for actuator in spec.actuators:
-        actuator.target = actuator.target.removeprefix(_PREFIX)
-    return body
-
-
 def read_body(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Body:
     """Motion and size of a body of a compiled model, `data` at qpos0.
 
@@ -138,7 +111,15 @@ def read_body(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Body:
         bottom, top = vertical_range(shape)
         low, high = min(low, bottom), max(high, top)
     span = _reach(model, data, body, centre)
-    return Body(body, name, planar, centre, geoms, radius, (low, high), span)
+    kind = _orientation(model, body)
+    return Body(body, name, planar, kind, centre, geoms, radius, (low, high), span)
+
+
+def _orientation(model: mujoco.MjModel, body: int) -> Literal["fixed", "tilts", "turns"]:
+    kinds = {int(model.jnt_type[joint]) for joint in _joints(model, body)}
+    if _JOINT.mjJNT_FREE in kinds:
+        return "tilts"
+    return "fixed" if kinds == {int(_JOINT.mjJNT_SLIDE)} else "turns"
 
 
 def _reach(
@@ -245,9 +226,3 @@ def _actuated(model: mujoco.MjModel) -> list[int]:
         elif int(kind) == mujoco.mjtTrn.mjTRN_BODY:
             bodies.append(int(target))
     return [body for body in bodies if model.body_weldid[body] != 0]
-
-
-def _elements(spec: mujoco.MjSpec) -> tuple[Sequence[_Element], ...]:
-    """The named parts that the bundled bodies are made of."""
-    lists = (spec.geoms, spec.joints, spec.sites, spec.actuators, spec.materials)
-    return (spec.bodies[1:], *lists)

@@ -27,13 +27,23 @@ def ball_normals(radius: float, tolerance: float) -> Floats:
 
     Corners of the tangent polytopes stand out by 0.733, 0.240 and 0.129 of the radius.
     """
+    return _cube_directions(corners=0.733 * radius > tolerance, edges=0.240 * radius > tolerance)
+
+
+def bevel_normals(radius: float, tolerance: float) -> Floats:
+    """The 6 directions to the faces of a cube, with its 12 edges, or its 8 corners as well.
+
+    Around a box grown by the radius they stand out by 0.733, 0.225 and 0.129 of it: a bevel along
+    each edge, where a corner's plane would only cut its ends.
+    """
+    return _cube_directions(edges=0.733 * radius > tolerance, corners=0.225 * radius > tolerance)
+
+
+def _cube_directions(*, edges: bool, corners: bool) -> Floats:
+    """Unit directions to the faces of a cube, and to its edges and corners if asked for."""
     grid = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3)).reshape(3, -1).T
     order = np.abs(grid).sum(axis=1)  # 1: face, 2: edge, 3: corner
-    chosen = order == 1
-    if 0.733 * radius > tolerance:
-        chosen |= order == 3
-    if 0.240 * radius > tolerance:
-        chosen |= order == 2
+    chosen = (order == 1) | (edges & (order == 2)) | (corners & (order == 3))
     return np.asarray(grid[chosen] / np.sqrt(order[chosen])[:, None])
 
 

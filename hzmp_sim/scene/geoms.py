@@ -166,10 +166,9 @@ def reach(shape: Shape | HalfSpace, origin: Floats) -> float:
 
 
 def corners(shape: Shape) -> Floats:
-    """Vertices of a box or hull, shape (k, 3) [m]."""
+    """Vertices of a box or hull, shape (k, n) [m]."""
     if isinstance(shape, Hull):
         return shape.points
     if isinstance(shape, Box):
-        signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
-        return np.asarray(shape.centre + (signs * shape.half) @ shape.axes.T)
+        return shape.corners
     raise TypeError(f"{type(shape).__name__} has no vertices")

@@ -11,17 +11,19 @@ from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import Floats, frozen
 from hzmp_planners.errors import QueryError, SceneError
+from hzmp_sim.scene.attach import attach_body
 from hzmp_sim.scene.bodies import (
     Body,
-    attach_body,
     choose_body,
     descends,
     is_bundled,
     qpos_at,
     read_body,
 )
+from hzmp_sim.scene.body_shape import BodyShape, ShapeChoice
 from hzmp_sim.scene.constants import BOX_MITRE, DEFAULT_CLEARANCE, MIN_TOLERANCE
 from hzmp_sim.scene.decomposition import ConvexDecomposition, Decomposition, decompose_meshes
+from hzmp_sim.scene.fit_shape import fit_shape
 from hzmp_sim.scene.geoms import geom_name
 from hzmp_sim.scene.meshes import hull_note, mesh_warnings, read_meshes
 from hzmp_sim.scene.mjcf import World, written_world
@@ -29,6 +31,7 @@ from hzmp_sim.scene.obstacles import Obstacles, is_planar_world, read_obstacles
 from hzmp_sim.scene.placement import (
     Bounds,
     Endpoint,
+    centre_bounds,
     check_inside,
     read_endpoint,
     read_workspace,
@@ -48,6 +51,8 @@ def load_scene(
     clearance: float | None = None,
     tolerance: float | None = None,
     convex_decomposition: bool | ConvexDecomposition = False,
+    shape: ShapeChoice = "auto",
+    max_tilt: float | None = None,
 ) -> Scene:
     """Read a MuJoCo world as a planning scene.
 
@@ -64,6 +69,10 @@ def load_scene(
         clearance: distance to keep from every obstacle [m], >= 0; default 0.05.
         tolerance: how much larger than exact an obstacle may be [m], > 0; default such that a
             grown box keeps its six facets.
+        shape: what stands for the body: "ball" about its centre that holds it; "hull" of a body
+            that keeps its orientation; "cylinder", upright, that holds a free body at any yaw and
+            at tilts up to `max_tilt`; "auto": what keeps most free space.
+        max_tilt: of that cylinder [rad], > 0; default 0.6.
         convex_decomposition: cut non-convex meshes that collide into convex pieces, for planner
             and physics alike; True: by CoACD's usual settings. Otherwise a mesh is its hull.
 
@@ -103,14 +112,19 @@ def load_scene(
         _check_heights(moving, begin, end, space)
     elif space[0].size == 2:
         raise SceneError(f"body {moving.name!r} moves in 3-D: its workspace needs z, too")
-    bounds = _centre_bounds(space, moving, n)
+    tilt = None if max_tilt is None else _positive("max_tilt", max_tilt, zero=False)
+    finest = None if tolerance is None else _positive("tolerance", tolerance, zero=False)
+    solid = fit_shape(world.model, world.data, moving, shape, tilt, finest)
+    bounds = centre_bounds(space, solid, moving.reach)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         check_inside(label, point, bounds)
-    loose = max(BOX_MITRE * (moving.radius + keep), MIN_TOLERANCE)
-    tight = _positive("tolerance", loose if tolerance is None else tolerance, zero=False)
-    obstacles = read_obstacles(world.model, world.data, moving, bounds, keep, tight)
+    # What turns gets the tolerance of the ball that holds it: less costs leaves at turned boxes.
+    sharp = solid.mitre_radius(keep) if solid.kind == "hull" else moving.radius + keep
+    loose = max(BOX_MITRE * sharp, MIN_TOLERANCE)
+    tight = loose if finest is None else finest
+    obstacles = read_obstacles(world.model, world.data, moving, solid, bounds, keep, tight)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
-        _check_free(world.model, obstacles, label, point, moving.radius + keep)
+        _check_free(world.model, obstacles, label, point, solid, keep)
     meshes = read_meshes(world.model, obstacles.geoms)
     return Scene(
         path=source.path,
@@ -123,6 +137,7 @@ def load_scene(
         start=frozen(centre[:n].copy()),
         goal=frozen(target[:n].copy()),
         radius=moving.radius,
+        shape=solid,
         clearance=keep,
         tolerance=tight,
         height=float(moving.centre[2]) if moving.planar else None,
@@ -203,20 +218,13 @@ def _check_heights(body: Body, begin: Endpoint, end: Endpoint, space: Bounds) ->
         )
 
 
-def _centre_bounds(space: Bounds, body: Body, n: int) -> Bounds:
-    low = np.maximum(space[0][:n] + body.radius, body.reach[0][:n])
-    high = np.minimum(space[1][:n] - body.radius, body.reach[1][:n])
-    if (low >= high).any():
-        axis = int(np.argmax(low >= high))
-        raise SceneError(
-            f"the workspace is {space[1][axis] - space[0][axis]:.4g} m wide along {'xyz'[axis]}, "
-            f"the body {2.0 * body.radius:.4g} m: it does not fit in"
-        )
-    return low, high
-
-
 def _check_free(
-    model: mujoco.MjModel, obstacles: Obstacles, label: str, point: Floats, grow: float
+    model: mujoco.MjModel,
+    obstacles: Obstacles,
+    label: str,
+    point: Floats,
+    shape: BodyShape,
+    clearance: float,
 ) -> None:
     worst, name, why = 1e-9, "", ""
     for polytope, geom in zip(obstacles.polytopes, obstacles.geoms, strict=True):
@@ -226,9 +234,9 @@ def _check_free(
     if name:
         where = ", ".join(f"{value:.4g}" for value in point)
         raise QueryError(
-            f"{label} ({where}) is {worst:.3g} m inside obstacle {name} (grown by body radius + "
-            f"clearance = {grow:.3g} m); move it at least that far out, or lower the clearance"
-            + (f"; {why}" if why else "")
+            f"{label} ({where}) is {worst:.3g} m inside obstacle {name} "
+            f"(grown by {shape.growth(clearance)}); move it at least that far out, or lower the "
+            "clearance" + (f"; {why}" if why else "")
         )
 
 

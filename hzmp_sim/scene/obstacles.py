@@ -11,27 +11,21 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.bodies import Body
-from hzmp_sim.scene.constants import (
-    CLIP_RATIO,
-    MANY_PARTS,
-    MERGE_SHARE,
-    SLICE_SHARE,
-    TOUCH_TOL,
-)
+from hzmp_sim.scene.body_shape import BodyShape
+from hzmp_sim.scene.constants import MANY_PARTS, MERGE_SHARE, TOUCH_TOL
 from hzmp_sim.scene.contact_filter import contact_margins
 from hzmp_sim.scene.geoms import (
     HalfSpace,
-    Part,
     geom_name,
     geom_parts,
     geom_shape,
     geom_type,
 )
-from hzmp_sim.scene.outer import Outer, outer_polytope
+from hzmp_sim.scene.grown import grown_obstacle, least_over_box
+from hzmp_sim.scene.outer import Outer
 from hzmp_sim.scene.placement import Bounds
-from hzmp_sim.scene.planar import is_upright_prism, slice_halfspace, slice_shape, vertical_range
+from hzmp_sim.scene.planar import is_upright_prism
 from hzmp_sim.scene.scene import GeomReport, Role
-from hzmp_sim.scene.shapes import Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +42,14 @@ def read_obstacles(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     body: Body,
+    shape: BodyShape,
     bounds: Bounds,
     clearance: float,
     tolerance: float,
 ) -> Obstacles:
     """Obstacles of the body's centre within `bounds` (lo, hi), each (n,) [m].
+
+    `shape` is what stands for the body.
 
     Raises:
         SceneError: a geom that can touch the body is on a jointed body, or a flex, or too large.
@@ -77,11 +74,14 @@ def read_obstacles(
             reason, moving = _mobility(model, geom)
             if moving:
                 warnings.append(f"{name} is on a mocap body: planned where it stands now")
-            grow = body.radius + clearance + float(margins[geom])
-            near = _reach_box(body, bounds, clearance, grow)
+            margin = float(margins[geom])
+            near = _reach_box(body, shape, bounds, clearance, margin)
             parts = geom_parts(model, data, geom, near, MERGE_SHARE * tolerance)
             try:
-                found = [_obstacle(p, body, bounds, clearance, grow, tolerance) for p in parts]
+                found = [
+                    grown_obstacle(part, body, shape, bounds, clearance, margin, tolerance)
+                    for part in parts
+                ]
             except SceneError as error:
                 raise SceneError(f"{name}: {error}") from error
             outers = [outer for outer, _, _ in found if outer is not None]
@@ -107,7 +107,7 @@ def is_planar_world(
             continue
         shape = geom_shape(model, data, geom)
         if isinstance(shape, HalfSpace):
-            reaches_in = shape.offset > _least(shape.normal, low, high) + TOUCH_TOL
+            reaches_in = shape.offset > least_over_box(shape.normal, low, high) + TOUCH_TOL
             if reaches_in and abs(shape.normal[2]) > 1e-9:
                 return False
             continue
@@ -136,96 +136,16 @@ def _notes(name: str, kind: str, parts: int) -> list[str]:
     return []
 
 
-def _reach_box(body: Body, bounds: Bounds, clearance: float, grow: float) -> Bounds:
+def _reach_box(
+    body: Body, shape: BodyShape, bounds: Bounds, clearance: float, margin: float
+) -> Bounds:
     """World box (lo, hi), each (3,), of what can be an obstacle: the rest is not even read."""
-    low, high = bounds[0] - grow, bounds[1] + grow
+    reach = shape.extent
+    low, high = bounds[0] + reach[0] - clearance - margin, bounds[1] + reach[1] + clearance + margin
     if body.planar:
         low, high = np.append(low, body.heights[0]), np.append(high, body.heights[1])
         low[2], high[2] = low[2] - clearance, high[2] + clearance
     return low, high
-
-
-def _obstacle(
-    part: Part,
-    body: Body,
-    bounds: Bounds,
-    clearance: float,
-    grow: float,
-    tolerance: float,
-) -> tuple[Outer | None, Role, str]:
-    """The grown obstacle of a part of a geom, or None; its role, and why it is none."""
-    shape, excess = part.shape, part.excess
-    if body.planar:
-        low, high = body.heights
-        span = f"{round(low, 6) + 0.0:g} to {round(high, 6) + 0.0:g} m"
-        beside = f"not within the heights {span} that the body moves in"
-        # Clearance is kept upwards and downwards too, from what reaches into these heights.
-        thick = (low - clearance, high + clearance)
-        if isinstance(shape, HalfSpace):
-            if slice_halfspace(shape, low, high) is None:
-                return None, "beside", beside
-            shape = slice_halfspace(shape, *thick) or shape
-        else:
-            bottom, top = vertical_range(shape)
-            if top <= low + TOUCH_TOL or bottom >= high - TOUCH_TOL:
-                return None, "beside", beside
-            shape, slack = slice_shape(shape, *thick, SLICE_SHARE * tolerance)
-            excess += slack
-    if isinstance(shape, HalfSpace):
-        outer = _halfspace_obstacle(shape, bounds, grow)
-    elif _is_far(shape, bounds, grow):
-        return None, "outside", "outside the workspace"
-    else:
-        outer = outer_polytope(shape, grow, tolerance - excess, _window(shape, bounds, grow))
-    if not _meets(outer, bounds):
-        return None, "outside", "outside the workspace"
-    return Outer(outer.polytope, outer.vertices, outer.error + excess), "obstacle", ""
-
-
-def _halfspace_obstacle(plane: HalfSpace, bounds: Bounds, grow: float) -> Outer:
-    """The part of the grown half-space around the bounds, as a polytope."""
-    low, high = bounds[0] - 1.0, bounds[1] + 1.0
-    box = Polytope.from_box(low, high)
-    offset = plane.offset + grow
-    if offset >= -_least(-plane.normal, low, high):  # all of the box
-        return Outer(box, box.vertices(), 0.0)
-    A, b = np.vstack([box.A, plane.normal]), np.append(box.b, offset)
-    polytope = Polytope.from_halfspaces(A, b)
-    return Outer(polytope, polytope.vertices(), 0.0)
-
-
-def _window(shape: Shape, bounds: Bounds, grow: float) -> Bounds | None:
-    """The box to cut a shape off at: None unless it dwarfs the bounds."""
-    size = float((bounds[1] - bounds[0]).max())
-    low, high = bounds[0] - CLIP_RATIO * size - grow, bounds[1] + CLIP_RATIO * size + grow
-    axes = np.eye(low.size)
-    fits = (shape.support(axes) <= high).all() and (-shape.support(-axes) >= low).all()
-    return None if fits else (bounds[0] - grow, bounds[1] + grow)
-
-
-def _is_far(shape: Shape, bounds: Bounds, grow: float) -> bool:
-    """The box around the grown shape misses the bounds: a quick test before the exact one."""
-    axes = np.eye(bounds[0].size)
-    high, low = shape.support(axes) + grow, -shape.support(-axes) - grow
-    return bool((high <= bounds[0]).any() or (low >= bounds[1]).any())
-
-
-def _meets(outer: Outer, bounds: Bounds) -> bool:
-    """The obstacle reaches into the interior of the bounds (no axis or facet separates them)."""
-    low, high = bounds
-    if outer.vertices.shape[0] == 0:
-        return False
-    if (outer.vertices.max(axis=0) <= low + 1e-9).any():
-        return False
-    if (outer.vertices.min(axis=0) >= high - 1e-9).any():
-        return False
-    A, b = outer.polytope.A, outer.polytope.b
-    return bool((_least(A, low, high) < b - 1e-9).all())
-
-
-def _least(normals: Floats, low: Floats, high: Floats) -> Floats:
-    """Min of normals.x over the box, shape (m,) or ()."""
-    return np.asarray(np.where(normals > 0.0, normals * low, normals * high).sum(axis=-1))
 
 
 def _margins(model: mujoco.MjModel, body: Body) -> Floats:

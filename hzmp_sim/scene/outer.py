@@ -41,7 +41,7 @@ def outer_polytope(
 
     Args:
         shape: convex shape in 2-D or 3-D.
-        grow: radius of the ball it is grown by [m], > 0.
+        grow: radius of the ball it is grown by [m], >= 0; > 0 with `within`.
         tolerance: largest distance of a point of the result to the grown shape [m], > 0.
         within: box (lo, hi), each (n,) [m], that the grown shape must reach into.
 

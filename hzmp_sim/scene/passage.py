@@ -1,8 +1,8 @@
 """The widest body that still gets through: how much a body could grow before its goal is cut off.
 
-For an extra radius r the obstacles are grown by r and the workspace is shrunk by r, and the free
-space is decomposed again. Growing is exact where facets face each other; at edges and corners it is
-bracketed from both sides:
+For an extra radius r, of a ball that is added to the body's shape, the obstacles are grown by r and
+the workspace is shrunk by r, and the free space is decomposed again. Growing is exact where facets
+face each other; at edges and corners it is bracketed from both sides:
 
 - moving every facet outwards by r gives at least the obstacle grown by a ball of radius r: when
   start and goal stay connected, a body larger by r is proved to get through;
@@ -50,7 +50,7 @@ def widest_body(scene: Scene, space: FreeSpace) -> Passage:
     """Bracket the largest extra radius that leaves start and goal connected, by bisection.
 
     Args:
-        scene: as read, grown by the radius and the clearance that it has.
+        scene: as read, grown by the shape and the clearance that it has.
         space: its free space.
     """
     began = time.perf_counter()
@@ -79,9 +79,9 @@ def _bisect(
 
 
 def _passes(scene: Scene, grow: _Grow, extra: float) -> bool:
-    room = scene.radius + extra
-    low = np.maximum(scene.workspace[0] + room, scene.bounds[0])
-    high = np.minimum(scene.workspace[1] - room, scene.bounds[1])
+    low_end, high_end = scene.shape.extent
+    low = np.maximum(scene.workspace[0] - low_end + extra, scene.bounds[0])
+    high = np.minimum(scene.workspace[1] - high_end - extra, scene.bounds[1])
     ends = np.vstack([scene.start, scene.goal])
     if (low >= high).any() or (ends < low).any() or (ends > high).any():
         return False

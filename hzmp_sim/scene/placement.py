@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import Floats, as_floats
 from hzmp_planners.errors import QueryError, SceneError
+from hzmp_sim.scene.body_shape import BodyShape
 from hzmp_sim.scene.constants import MAX_COORDINATE
 from hzmp_sim.scene.geoms import HalfSpace, geom_shape
 
@@ -145,13 +146,32 @@ def _static_box(model: mujoco.MjModel, data: mujoco.MjData) -> Bounds:
     return low, high
 
 
+def centre_bounds(space: Bounds, shape: BodyShape, reach: Bounds) -> Bounds:
+    """Box of the centre (lo, hi): the workspace shrunk by the body's shape, within its `reach`.
+
+    Raises:
+        SceneError: the body does not fit in.
+    """
+    low_end, high_end = shape.extent
+    n = low_end.size
+    low = np.maximum(space[0][:n] - low_end, reach[0][:n])
+    high = np.minimum(space[1][:n] - high_end, reach[1][:n])
+    if (low >= high).any():
+        axis = int(np.argmax(low >= high))
+        raise SceneError(
+            f"the workspace is {space[1][axis] - space[0][axis]:.4g} m wide along {'xyz'[axis]}, "
+            f"the body {high_end[axis] - low_end[axis]:.4g} m: it does not fit in"
+        )
+    return low, high
+
+
 def check_inside(label: str, point: Floats, bounds: Bounds) -> None:
     """Raise QueryError unless the point (n,) lies in the box of the centre (lo, hi)."""
     low, high = bounds
     if (point < low - 1e-9).any() or (point > high + 1e-9).any():
         raise QueryError(
             f"{label} {_text(point)} is outside the workspace: the body's centre may be from "
-            f"{_text(low)} to {_text(high)} (workspace shrunk by the body's radius, and the ranges "
+            f"{_text(low)} to {_text(high)} (workspace shrunk by the body's shape, and the ranges "
             "of its slide joints)"
         )
 

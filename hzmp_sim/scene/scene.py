@@ -12,6 +12,7 @@ import numpy as np
 from hzmp_planners._arrays import Floats, as_points
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
+from hzmp_sim.scene.body_shape import BodyShape
 from hzmp_sim.scene.decomposition import PieceReport
 from hzmp_sim.scene.geoms import geom_name
 from hzmp_sim.scene.meshes import MeshReport
@@ -62,7 +63,7 @@ class Scene:
     workspace: tuple[Floats, Floats]
     """Bounds of the whole body (lo, hi), each (n,) [m]."""
     bounds: tuple[Floats, Floats]
-    """Box of the centre (lo, hi), each (n,) [m]: the workspace shrunk by the radius, within the
+    """Box of the centre (lo, hi), each (n,) [m]: the workspace shrunk by the shape, within the
     ranges of slide joints."""
     start: Floats
     """Position of the centre, (n,) [m]."""
@@ -70,6 +71,8 @@ class Scene:
     """Position of the centre, (n,) [m]."""
     radius: float
     """Radius of the ball (disc) about the centre that holds the body [m]."""
+    shape: BodyShape
+    """What stands for the body: that ball, or a smaller set."""
     clearance: float
     """Distance kept between the body and every obstacle [m]."""
     tolerance: float
@@ -77,7 +80,7 @@ class Scene:
     height: float | None
     """z of the centre of a planar body [m]; None in 3-D."""
     obstacles: tuple[Polytope, ...]
-    """Where the centre must not be: geoms grown by radius + clearance (+ contact margin)."""
+    """Where the centre must not be: geoms grown by shape + clearance (+ contact margin)."""
     obstacle_geoms: tuple[int, ...]
     """Geom id of each obstacle; a height field has several obstacles."""
     body_geoms: tuple[int, ...]

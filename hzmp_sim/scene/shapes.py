@@ -15,7 +15,13 @@ from scipy.spatial import ConvexHull, QhullError
 
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_sim.scene.constants import FLAT_HULL_THICKNESS, MAX_HULL_FACETS
-from hzmp_sim.scene.directions import ball_normals, polygon_normals, prism_normals
+from hzmp_sim.scene.directions import (
+    ball_normals,
+    bevel_normals,
+    polygon_normals,
+    prism_normals,
+)
+from hzmp_sim.scene.nearest import nearest_on_segments, nearest_on_triangles
 
 
 class Shape(Protocol):
@@ -49,6 +55,13 @@ class Box:
     half: Floats
     """Half lengths [m], shape (n,)."""
 
+    @property
+    def corners(self) -> Floats:
+        """Its vertices [m], shape (2^n, n)."""
+        n = self.half.size
+        signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * n)).reshape(n, -1).T
+        return np.asarray(self.centre + (signs * self.half) @ self.axes.T)
+
     def support(self, directions: Floats) -> Floats:
         return np.asarray(directions @ self.centre + np.abs(directions @ self.axes) @ self.half)
 
@@ -57,8 +70,9 @@ class Box:
         return np.asarray(self.centre + np.clip(local, -self.half, self.half) @ self.axes.T)
 
     def normals(self, grow: float, tolerance: float) -> Floats:
-        del grow, tolerance  # its own facets are exact
-        return np.vstack([self.axes.T, -self.axes.T])
+        if self.half.size == 2:  # corners are cut where they are
+            return np.vstack([self.axes.T, -self.axes.T])
+        return np.asarray(bevel_normals(grow, tolerance) @ self.axes.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +92,7 @@ class Capsule:
         return np.asarray((directions @ self.ends.T).max(axis=1) + self.radius * lengths)
 
     def project(self, points: Floats) -> Floats:
-        foot = _nearest_on_segments(points, self.ends[:1], self.ends[1:])[:, 0]
+        foot = nearest_on_segments(points, self.ends[:1], self.ends[1:])[:, 0]
         offset = points - foot
         length = np.linalg.norm(offset, axis=1, keepdims=True)
         return np.asarray(foot + offset * np.minimum(1.0, self.radius / np.maximum(length, 1e-300)))
@@ -203,9 +217,9 @@ class Hull:
         n = self.points.shape[1]
         corners = self.points[self.facets]
         if n == 2:
-            candidates = _nearest_on_segments(points, corners[:, 0], corners[:, 1])
+            candidates = nearest_on_segments(points, corners[:, 0], corners[:, 1])
         else:
-            candidates = _nearest_on_triangles(points, corners)
+            candidates = nearest_on_triangles(points, corners)
         distance = np.linalg.norm(candidates - points[:, None, :], axis=2)
         nearest = candidates[np.arange(len(points)), distance.argmin(axis=1)]
         inside = (points @ self.equations[:, :n].T + self.equations[:, n]).max(axis=1) <= 0.0
@@ -236,32 +250,3 @@ def farthest(centre: Floats, generators: Floats) -> float:
     low, high = top + 1e-12 * (top + size) + 1e-300, top + size + 1e-12
     t = low if slope(low) >= 0.0 else float(brentq(slope, low, max(high, low), xtol=1e-14))
     return float(np.sqrt(t + (g**2 / (t - values)).sum() + base))
-
-
-def _nearest_on_segments(points: Floats, start: Floats, end: Floats) -> Floats:
-    """Nearest point on each of f segments for each of k points; shape (k, f, n)."""
-    along = end - start
-    square = np.maximum((along**2).sum(axis=1), 1e-300)
-    t = ((points[:, None, :] - start) * along).sum(axis=2) / square
-    return np.asarray(start + np.clip(t, 0.0, 1.0)[..., None] * along)
-
-
-def _nearest_on_triangles(points: Floats, corners: Floats) -> Floats:
-    """Nearest point on each of f triangles (f, 3, 3) for each of k points; shape (k, f, 3)."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    u, v = b - a, c - a
-    uu, uv, vv = (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
-    det = np.maximum(uu * vv - uv**2, 1e-300)
-    offset = points[:, None, :] - a
-    pu, pv = (offset * u).sum(axis=2), (offset * v).sum(axis=2)
-    s, t = (vv * pu - uv * pv) / det, (uu * pv - uv * pu) / det
-    best = a + s[..., None] * u + t[..., None] * v
-    over = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)
-    distance = np.where(over, np.linalg.norm(best - points[:, None, :], axis=2), np.inf)
-    for start, end in ((a, b), (b, c), (c, a)):
-        foot = _nearest_on_segments(points, start, end)
-        length = np.linalg.norm(foot - points[:, None, :], axis=2)
-        closer = length < distance
-        best = np.where(closer[..., None], foot, best)
-        distance = np.where(closer, length, distance)
-    return np.asarray(best)

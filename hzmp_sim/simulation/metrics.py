@@ -64,6 +64,7 @@ def collect_metrics(
         "tracking_error_max_m": None if error is None else float(error.max()),
         "tracking_error_rms_m": None if error is None else float(np.sqrt(np.mean(error**2))),
         "beyond_clearance_s": None if log is None else _longest_beyond(scene, log),
+        "tilt_max_rad": None if log is None else float(log.tilt.max()),
         "goal_distance_m": None if log is None else _goal_distance(scene, log),
         "replans": 0,
         "replan_latency_ms": {"median": None, "p99": None, "max": None},
@@ -80,11 +81,14 @@ def collect_metrics(
             "workspace": [corner.tolist() for corner in scene.workspace],
             "clearance": scene.clearance,
             "tolerance": scene.tolerance,
+            "shape": scene.shape.kind,
+            "max_tilt": scene.shape.max_tilt,
         },
         "plan_status": plan.status.name.lower(),
         "plan_verified": verification.ok,
         "plan_residual_m": max(verification.residuals.values()),
         "body": scene.body,
+        "body_shape": scene.shape.as_dict(),
         "seed": settings.seed,
         "disturbance": asdict(settings.disturbance),
         "disturbed_by": settings.disturbance.describe(),
@@ -116,13 +120,19 @@ def _flight_warnings(scene: Scene, log: FlightLog | None) -> list[str]:
     """What a flight that went well may still have got wrong."""
     if log is None:
         return []
-    error = float(log.tracking_error.max())
-    if error <= scene.clearance:
-        return []
-    return [
-        f"the body was up to {1e3 * error:.0f} mm off its reference, more than the clearance of "
-        f"{1e3 * scene.clearance:.0f} mm covers: lower the limits or raise the clearance"
-    ]
+    warnings = []
+    error, limit = float(log.tracking_error.max()), scene.shape.max_tilt
+    if error > scene.clearance:
+        warnings.append(
+            f"the body was up to {1e3 * error:.0f} mm off its reference, more than the clearance "
+            f"of {1e3 * scene.clearance:.0f} mm covers: lower the limits or raise the clearance"
+        )
+    if limit is not None and log.tilt.max() > limit:
+        warnings.append(
+            f"the body tilted by up to {log.tilt.max():.3g} rad, beyond the {limit:.3g} that its "
+            "shape is for: the proofs do not cover it there; lower the limits or raise --max-tilt"
+        )
+    return warnings
 
 
 def _status(scene: Scene, plan: Plan, log: FlightLog | None, goal_tolerance: float) -> str:

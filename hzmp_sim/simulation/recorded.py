@@ -26,8 +26,8 @@ def read_run(directory: str | Path) -> tuple[Scene, Motion]:
     metrics = _metrics(folder)
     try:
         query, body, status = metrics["query"], metrics["body"], metrics["status"]
-        corners = query["workspace"]
-        arguments = [query[name] for name in ("start", "goal", "clearance", "tolerance")]
+        names = ("start", "goal", "clearance", "tolerance", "shape", "max_tilt")
+        corners, arguments = query["workspace"], {name: query[name] for name in names}
     except (KeyError, TypeError) as error:
         raise QueryError(
             f"{folder}/metrics.json does not say {error}: it is not of a run of this version; "
@@ -35,10 +35,7 @@ def read_run(directory: str | Path) -> tuple[Scene, Motion]:
         ) from error
     if not (folder / "trajectory.parquet").is_file():
         raise QueryError(f"{folder}: nothing was flown ({status}), so there is nothing to audit")
-    start, goal, clearance, tolerance = arguments
-    scene = load_scene(
-        folder / "scene.xml", body, start, goal, tuple(corners), clearance, tolerance
-    )
+    scene = load_scene(folder / "scene.xml", body, workspace=tuple(corners), **arguments)
     return scene, _motion(folder / "trajectory.parquet")
 
 
