@@ -57,6 +57,7 @@ class World:
         tolerance: how much larger than exact an obstacle may be [m].
         convex_decomposition: cut non-convex meshes into convex pieces; else they are their hulls.
         coacd: how to cut them.
+        freeze: weld every other jointed body (robots, doors, loose things) to where it stands.
     """
 
     body: str | None = None
@@ -67,6 +68,7 @@ class World:
     tolerance: float | None = None
     convex_decomposition: Switch = False
     coacd: ConvexDecomposition = _DEFAULT_COACD
+    freeze: Switch = False
 
     def load(self, path: str) -> Scene:
         """The scene; its warnings, and what became of its meshes, are printed to stderr."""
@@ -87,6 +89,7 @@ class World:
             self.clearance,
             self.tolerance,
             self.coacd if self.convex_decomposition else False,
+            self.freeze,
         )
         for report in scene.pieces:
             print(f"hzmp-sim: {report.describe()}", file=sys.stderr)
