@@ -174,7 +174,7 @@ def _geom_rows(geoms: list[dict[str, Any]]) -> list[tuple[str, ...]]:
     alike: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for geom in geoms:
         alike.setdefault((geom["role"], geom["reason"]), []).append(geom)
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for geom in geoms:
         role, reason = geom["role"], geom["reason"]
         same = alike[role, reason]

@@ -31,7 +31,7 @@ def weld_others(source: Source, body: str | None) -> Source:
     if not joints:
         return source
     bodies = list(dict.fromkeys(joint.parent.name or "an unnamed one" for joint in joints))
-    lost = {
+    lost: dict[str, Sequence[object]] = {
         "actuators": [a for a in spec.actuators if (int(a.trntype), a.target) not in kept],
         "tendons": list(spec.tendons),
         "equalities": list(spec.equalities),
@@ -57,7 +57,7 @@ def _driven(body: mujoco.MjsBody | None) -> set[tuple[int, str]]:
     if body is None:
         return set()
     kinds = mujoco.mjtTrn
-    parts = [body, *body.find_all("body")]
+    parts = _tree(body)
     joints = [joint.name for joint in body.joints]
     return {
         *((int(kinds.mjTRN_JOINT), name) for name in joints),
@@ -65,6 +65,10 @@ def _driven(body: mujoco.MjsBody | None) -> set[tuple[int, str]]:
         *((int(kinds.mjTRN_SITE), site.name) for part in parts for site in part.sites),
         *((int(kinds.mjTRN_BODY), part.name) for part in parts),
     }
+
+
+def _tree(body: mujoco.MjsBody) -> list[mujoco.MjsBody]:
+    return [body, *(part for child in body.bodies for part in _tree(child))]
 
 
 def _listed(names: Sequence[str]) -> str:
