@@ -32,7 +32,7 @@ from hzmp_sim.simulation import simulate
 
 COMMAND = "python -m benchmarks.foreign_worlds"
 RUNS = Path("runs/foreign")
-_COLOURS, _LARGEST = (128, 64, 32), 150_000  # of a picture, and its size [bytes]
+_WIDTHS, _LARGEST = (640, 560, 480, 400), 150_000  # of a picture [pixels], and its size [bytes]
 _LIBRARIES = ("mujoco", "numpy", "scipy", "clarabel")
 
 
@@ -100,9 +100,10 @@ def picture(flown: Flown, folder: Path) -> Path:
     """A still of the way flown, from the camera of the video."""
     last = None if flown.run.log is None else -1
     file = folder / f"foreign_{flown.world.name}.png"
-    frame = Image.fromarray(render_frame(flown.run, last, width=640, height=480))
-    for colours in _COLOURS:
-        frame.quantize(colours).save(file, optimize=True)
+    for width in _WIDTHS:
+        frame = Image.fromarray(render_frame(flown.run, last, width=width, height=3 * width // 4))
+        # Colours by how far they are apart, not by how often they are there: the path is thin.
+        frame.quantize(256, Image.Quantize.MAXCOVERAGE).save(file, optimize=True)
         if file.stat().st_size <= _LARGEST:
             break
     return file
