@@ -63,6 +63,7 @@ class World:
             orientation; upright cylinder that holds a free body at any yaw and tilts up to
             max-tilt; auto: what keeps most free space.
         max_tilt: tilt that the cylinder holds the body for [rad]; default 0.6.
+        freeze: weld every other jointed body (robots, doors, loose things) to where it stands.
     """
 
     body: str | None = None
@@ -75,6 +76,7 @@ class World:
     coacd: ConvexDecomposition = _DEFAULT_COACD
     shape: ShapeChoice = "auto"
     max_tilt: float | None = None
+    freeze: Switch = False
 
     def load(self, path: str) -> Scene:
         """The scene; its warnings, and what became of its meshes, are printed to stderr."""
@@ -95,6 +97,7 @@ class World:
             self.clearance,
             self.tolerance,
             self.coacd if self.convex_decomposition else False,
+            freeze=self.freeze,
             shape=self.shape,
             max_tilt=self.max_tilt,
         )

@@ -19,6 +19,7 @@ from hzmp_sim.scene import Scene
 from hzmp_sim.scene.passage import Passage
 
 _PIPED_WIDTH = 140  # columns of a table that no terminal sizes
+_LISTED = 4  # geoms that are no obstacles, for one reason, before they share a row
 
 
 def run_summary(run: Run, directory: Path) -> str:
@@ -149,17 +150,8 @@ def print_scene(
     facts = scene_as_dict(scene, space, passage)
     console = wide_console()
     table = Table("geom", "type", "role", "parts", "facets", r"error \[mm]", "reason", box=None)
-    for geom in facts["geoms"]:
-        shown = geom["role"] == "obstacle"
-        table.add_row(
-            geom["name"],
-            geom["type"],
-            geom["role"],
-            str(geom["parts"]) if shown else "",
-            str(geom["facets"]) if shown else "",
-            f"{1e3 * geom['error_m']:.1f}" if shown else "",
-            geom["reason"],
-        )
+    for row in _geom_rows(facts["geoms"]):
+        table.add_row(*row)
     console.print(table)
     sizes = " x ".join(f"[{lo:g}, {hi:g}]" for lo, hi in zip(*scene.workspace, strict=True))
     console.print(
@@ -176,6 +168,30 @@ def print_scene(
         markup=False,
         soft_wrap=True,
     )
+
+
+def _geom_rows(geoms: list[dict[str, Any]]) -> list[tuple[str, ...]]:
+    """A row for each geom, but one for all that are no obstacles for the same reason, if many are.
+
+    Worlds made to be looked at have hundreds of geoms that touch nothing.
+    """
+    alike: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for geom in geoms:
+        alike.setdefault((geom["role"], geom["reason"]), []).append(geom)
+    rows: list[tuple[str, ...]] = []
+    for geom in geoms:
+        role, reason = geom["role"], geom["reason"]
+        same = alike[role, reason]
+        name, types, numbers = geom["name"], geom["type"], ("", "", "")
+        if role == "obstacle":
+            numbers = (str(geom["parts"]), str(geom["facets"]), f"{1e3 * geom['error_m']:.1f}")
+        elif len(same) > _LISTED:
+            if geom is not same[0]:
+                continue
+            name = f"{len(same)} geoms (--json names them)"
+            types = ", ".join(dict.fromkeys(other["type"] for other in same))
+        rows.append((name, types, role, *numbers, reason))
+    return rows
 
 
 def passage_line(scene: Scene, passage: Passage) -> str:

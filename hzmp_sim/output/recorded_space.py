@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
+from numpy.typing import NDArray
 
 from hzmp_planners._polygons import counter_clockwise, counter_clockwise_rows, facet_corners
 from hzmp_planners.free_space import FreeSpace
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
 EXPLODE_PERCENT = tuple(range(0, 101, 5))
 """Steps of the timeline that moves the leaves apart [%]."""
+
+Segments = NDArray[np.float32]
+"""Lines with two ends each, shape (k, 2, 3) [m]."""
 
 
 def write_space(scene: Scene, space: FreeSpace, path: Path) -> None:
@@ -170,6 +174,7 @@ class _Shapes:
         self.normals: list[Floats] = []
         """At the corners, in the world."""
         self.edges: list[list[Ints]] = []
+        self._segments = space.n == 3 and len(space) > 0
         for leaf in space.leaves:
             self._add(leaf)
 
@@ -190,13 +195,24 @@ class _Shapes:
         self.normals.append(normals.repeat(counts, axis=0))
         self.edges.append(outline_rows(leaf))
 
-    def strips(self, vertices: list[Floats]) -> list[Floats]:
-        """The edges, given the vertices of each leaf in the world."""
+    def strips(self, vertices: list[Floats]) -> list[Floats] | Segments:
+        """The edges, given the vertices of each leaf in the world; (k, 2, 3) if all have two ends.
+
+        rerun takes an array a hundred times as fast as a list of arrays.
+        """
+        if self._segments:
+            pairs = zip(vertices, self.edges, strict=True)
+            ends = np.concatenate([at[np.asarray(edges)] for at, edges in pairs])
+            return ends.astype(np.float32)
         return [at[rows] for at, edges in zip(vertices, self.edges, strict=True) for rows in edges]
 
 
 def log_strips(
-    recording: rr.RecordingStream, entity: str, strips: list[Floats], colour: str, radius: float
+    recording: rr.RecordingStream,
+    entity: str,
+    strips: list[Floats] | Segments,
+    colour: str,
+    radius: float,
 ) -> None:
     """Log lines that do not change."""
     lines = rr.LineStrips3D(strips, colors=[palette.rgba8(colour)], radii=radius)

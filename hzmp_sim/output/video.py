@@ -19,6 +19,7 @@ from hzmp_planners.errors import HzmpError
 from hzmp_sim.output import palette
 from hzmp_sim.output.framing import camera, chase_cameras, workspace_box
 from hzmp_sim.output.opengl import Image, OffscreenRenderer
+from hzmp_sim.output.scenery import hide_scenery
 
 if TYPE_CHECKING:
     from hzmp_planners._arrays import Floats
@@ -136,6 +137,10 @@ class _Stage:
         visual = self._model.vis
         visual.quality.shadowsize, visual.quality.offsamples = quality.shadows, quality.samples
         visual.quality.numslices, visual.quality.numstacks = quality.facets
+        if self._model.nlight == 0:  # MuJoCo's own headlight alone leaves a world in the dark
+            light = visual.headlight
+            light.ambient[:] = np.maximum(light.ambient, 0.35)
+            light.diffuse[:] = np.maximum(light.diffuse, 0.6)
         self._trail = quality.trail
         visual.global_.offwidth = max(visual.global_.offwidth, width)
         visual.global_.offheight = max(visual.global_.offheight, height)
@@ -146,6 +151,12 @@ class _Stage:
         lo, hi = workspace_box(run.scene)
         self.line = 0.002 * float(np.linalg.norm(hi - lo))
         self._path = run.scene.to_world(run.plan.waypoints) if len(run.plan.waypoints) else None
+        self._data.qpos[:] = run.scene.initial_qpos
+        mujoco.mj_forward(self._model, self._data)
+        seen = run.scene.to_world(np.array([run.scene.start, run.scene.goal]))
+        if self._path is not None:
+            seen = np.vstack([seen, self._path])
+        hide_scenery(self._model, self._data, run.scene, width / height, seen)
         self._renderer = OffscreenRenderer(self._model, width, height)
 
     def render(self, view: mujoco.MjvCamera, qpos: Floats, row: int | None, line: float) -> Image:

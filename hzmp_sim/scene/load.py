@@ -24,6 +24,7 @@ from hzmp_sim.scene.body_shape import BodyShape, ShapeChoice
 from hzmp_sim.scene.constants import BOX_MITRE, DEFAULT_CLEARANCE, MIN_TOLERANCE
 from hzmp_sim.scene.decomposition import ConvexDecomposition, Decomposition, decompose_meshes
 from hzmp_sim.scene.fit_shape import fit_shape
+from hzmp_sim.scene.freeze import weld_others
 from hzmp_sim.scene.geoms import geom_name
 from hzmp_sim.scene.meshes import hull_note, mesh_warnings, read_meshes
 from hzmp_sim.scene.mjcf import World, written_world
@@ -51,6 +52,7 @@ def load_scene(
     clearance: float | None = None,
     tolerance: float | None = None,
     convex_decomposition: bool | ConvexDecomposition = False,
+    freeze: bool = False,
     shape: ShapeChoice = "auto",
     max_tilt: float | None = None,
 ) -> Scene:
@@ -65,7 +67,8 @@ def load_scene(
             or the site "start" for an attached body.
         goal: the same for the goal; None: the site "goal".
         workspace: corners (lo, hi) of the box that bounds the whole body [m]; None: the numeric
-            "workspace" of the world, else the box of its static geoms (with a warning).
+            "workspace" of the world, else the box of its static geoms, start and goal with room
+            for the body to pass around all of them (and a warning).
         clearance: distance to keep from every obstacle [m], >= 0; default 0.05.
         tolerance: how much larger than exact an obstacle may be [m], > 0; default such that a
             grown box keeps its six facets.
@@ -75,6 +78,8 @@ def load_scene(
         max_tilt: of that cylinder [rad], > 0; default 0.6.
         convex_decomposition: cut non-convex meshes that collide into convex pieces, for planner
             and physics alike; True: by CoACD's usual settings. Otherwise a mesh is its hull.
+        freeze: weld every other jointed body to where it stands, for planner and physics alike.
+            Otherwise such bodies are refused if they can touch the body.
 
     Raises:
         SceneError: the world cannot be read as a scene.
@@ -84,13 +89,16 @@ def load_scene(
     began = time.perf_counter()
     keep = _positive("clearance", DEFAULT_CLEARANCE if clearance is None else clearance, zero=True)
     source = open_world(path)
+    name = choose_body(source.model, body)
+    if freeze:
+        source = weld_others(source, None if is_bundled(source.model, name) else name)
     model, data = source.model, source.data
-    name = choose_body(model, body)
-    space, warnings = read_workspace(model, data, workspace)
     begin, end = (
         read_endpoint(model, data, label, given)
         for label, given in (("start", start), ("goal", goal))
     )
+    room = read_workspace(model, data, workspace).with_room([begin.known, end.known], 0.0)
+    space = room.bounds
     pieces = _pieces(model, source.spec, name, convex_decomposition)
     if is_bundled(model, name):
         world, moving, centre = _attached(source, pieces, name, begin, end, space)
@@ -108,20 +116,23 @@ def load_scene(
             )
     target = end.position(float(centre[2]))
     n = 2 if moving.planar else 3
-    if moving.planar:
-        _check_heights(moving, begin, end, space)
-    elif space[0].size == 2:
-        raise SceneError(f"body {moving.name!r} moves in 3-D: its workspace needs z, too")
     tilt = None if max_tilt is None else _positive("max_tilt", max_tilt, zero=False)
     finest = None if tolerance is None else _positive("tolerance", tolerance, zero=False)
     solid = fit_shape(world.model, world.data, moving, shape, tilt, finest)
+    # What turns gets the tolerance of the ball that holds it: less costs leaves at turned boxes.
+    sharp = solid.mitre_radius(keep) if solid.kind == "hull" else moving.radius + keep
+    tight = max(BOX_MITRE * sharp, MIN_TOLERANCE) if finest is None else finest
+    # Wide enough to pass around every grown obstacle: what blocks a way must be an obstacle, not
+    # the border of a guess.
+    room = room.with_room([centre[:n], target[:n]], 3.0 * (moving.radius + keep) + tight)
+    space = room.bounds
+    if moving.planar:
+        _check_heights(moving, begin, end, None if room.guessed else space)
+    elif space[0].size == 2:
+        raise SceneError(f"body {moving.name!r} moves in 3-D: its workspace needs z, too")
     bounds = centre_bounds(space, solid, moving.reach)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         check_inside(label, point, bounds)
-    # What turns gets the tolerance of the ball that holds it: less costs leaves at turned boxes.
-    sharp = solid.mitre_radius(keep) if solid.kind == "hull" else moving.radius + keep
-    loose = max(BOX_MITRE * sharp, MIN_TOLERANCE)
-    tight = loose if finest is None else finest
     obstacles = read_obstacles(world.model, world.data, moving, solid, bounds, keep, tight)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         _check_free(world.model, obstacles, label, point, solid, keep)
@@ -148,7 +159,7 @@ def load_scene(
         meshes=meshes,
         pieces=pieces.reports,
         warnings=(
-            *(warnings + source.warnings + world.warnings),
+            *(room.warnings(n) + source.warnings + world.warnings),
             *(obstacles.warnings + pieces.warnings),
             *mesh_warnings(meshes),
         ),
@@ -199,8 +210,8 @@ def _with_body(
     return world, read_body(world.model, world.data, root)
 
 
-def _check_heights(body: Body, begin: Endpoint, end: Endpoint, space: Bounds) -> None:
-    """A planar body stays at its height: what was said must agree with that."""
+def _check_heights(body: Body, begin: Endpoint, end: Endpoint, space: Bounds | None) -> None:
+    """A planar body stays at its height: what was said (`space` too, if any) must agree."""
     height = float(body.centre[2])
     for point in (begin, end):
         given = point.given
@@ -209,12 +220,12 @@ def _check_heights(body: Body, begin: Endpoint, end: Endpoint, space: Bounds) ->
                 f"{point.label} has z = {given[2]:g}, but body {body.name!r} moves in the plane "
                 f"z = {height:g}: give that z, or two coordinates"
             )
-    if space[0].size == 3 and (
-        body.heights[0] < space[0][2] - _SAME_HEIGHT or body.heights[1] > space[1][2] + _SAME_HEIGHT
-    ):
+    if space is None or space[0].size != 3:
+        return
+    if body.heights[0] < space[0][2] - _SAME_HEIGHT or body.heights[1] > space[1][2] + _SAME_HEIGHT:
         raise QueryError(
             f"body {body.name!r} is {body.heights[0]:.4g} to {body.heights[1]:.4g} m high up, "
-            f"outside the workspace's {space[0][2]:.4g} to {space[1][2]:.4g} m"
+            f"outside the workspace's {space[0][2] + 0.0:.4g} to {space[1][2]:.4g} m"
         )
 
 

@@ -97,6 +97,8 @@ def one_line(error: Exception) -> str:
     for prefix in ("XML Error: ", "Error: "):
         text = text.removeprefix(prefix)
     text = text.replace("Element name '', ", "").replace("Element ", "element ").rstrip(": ")
+    if "model type: 'mujocoinclude'" in text:
+        text += " (a part that other files include: give the file that does)"
     if "unrecognized element" in text and "'composite'" in text:
         text += " (MuJoCo 4 has no composite; use replicate or flexcomp)"
     return text or type(error).__name__

@@ -182,5 +182,6 @@ def _mobility(model: mujoco.MjModel, geom: int) -> tuple[str, bool]:
         return "mocap, planned where it stands now", True
     raise SceneError(
         f"{geom_name(model, geom)} is on the jointed body {model.body(root).name!r}: its motion is "
-        "not known; fix the body, make it mocap, or make its geoms unable to touch the moving body"
+        "not known; --freeze welds such bodies where they stand (else make it mocap, or its geoms "
+        "unable to touch the moving body)"
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -33,6 +34,11 @@ class Endpoint:
         return self.given is not None and self.given.size == 2
 
     @property
+    def known(self) -> Floats | None:
+        """The coordinates that were said, shape (2,) or (3,) [m]; None: the body says."""
+        return self.site if self.given is None else self.given
+
+    @property
     def height(self) -> float | None:
         """Z as far as it is known [m]."""
         if self.given is not None and self.given.size == 3:
@@ -46,7 +52,7 @@ class Endpoint:
             SceneError: nothing says where it is.
             QueryError: it is further away than anything can be.
         """
-        point = self.site if self.given is None else self.given
+        point = self.known
         if point is None:
             raise SceneError(
                 f'no {self.label}: put <site name="{self.label}" pos="x y z"/> into the world, '
@@ -76,13 +82,48 @@ def read_endpoint(
     return Endpoint(label, point, None if site < 0 else np.array(data.site_xpos[site]))
 
 
+@dataclass(frozen=True, eq=False)
+class Workspace:
+    """The box that bounds the whole body, as said or as guessed."""
+
+    bounds: Bounds
+    """Its corners (lo, hi), 2 or 3 coordinates each [m]; 3 when guessed."""
+    guessed: bool
+    """Nobody said it: it is the box of the static geoms, and may grow."""
+    floor: float = -np.inf
+    """Height of the highest level plane [m], below which a guess does not grow."""
+
+    def with_room(self, points: Sequence[Floats | None], room: float) -> Workspace:
+        """A guess grown to hold points of 2 or 3 coordinates too, and by `room` all around [m]."""
+        if not self.guessed:
+            return self
+        low, high = self.bounds[0].copy(), self.bounds[1].copy()
+        for point in points:
+            if point is not None:
+                low[: point.size] = np.minimum(low[: point.size], point)
+                high[: point.size] = np.maximum(high[: point.size], point)
+        low, high = low - room, high + room
+        low[2] = max(low[2], self.floor)
+        return replace(self, bounds=(low, high))
+
+    def warnings(self, n: int) -> tuple[str, ...]:
+        """That it was guessed, and what it is in the first n coordinates."""
+        if not self.guessed:
+            return ()
+        low, high = (_text(corner[:n]) for corner in self.bounds)
+        return (
+            "no workspace given: taken as the box of the static geoms, start and goal with room "
+            f"around, {low} to {high}",
+        )
+
+
 def read_workspace(
     model: mujoco.MjModel, data: mujoco.MjData, given: tuple[ArrayLike, ArrayLike] | None
-) -> tuple[Bounds, tuple[str, ...]]:
-    """Workspace (lo, hi) of 2 or 3 coordinates each [m], and a warning when it was guessed.
+) -> Workspace:
+    """The box that bounds the whole body.
 
-    The caller's, else `<custom><numeric name="workspace" data="x0 y0 z0 x1 y1 z1"/>`, else the box
-    of the static geoms (planes only bound it from below).
+    The caller's, else `<custom><numeric name="workspace" data="x0 y0 z0 x1 y1 z1"/>`, else a guess:
+    the box of the static geoms (planes only bound it from below).
 
     Raises:
         SceneError, ShapeError: it is not a box, or nothing says what it is.
@@ -92,7 +133,8 @@ def read_workspace(
             low, high = given
         except (TypeError, ValueError) as error:
             raise SceneError("workspace must be a pair (lo, hi) of corners") from error
-        return _box(as_floats(low, "workspace lo", 1), as_floats(high, "workspace hi", 1)), ()
+        said = _box(as_floats(low, "workspace lo", 1), as_floats(high, "workspace hi", 1))
+        return Workspace(said, guessed=False)
     number = mujoco.mj_name2id(model, int(mujoco.mjtObj.mjOBJ_NUMERIC), "workspace")
     if number >= 0:
         start, size = int(model.numeric_adr[number]), int(model.numeric_size[number])
@@ -101,12 +143,8 @@ def read_workspace(
             raise SceneError(
                 f"numeric workspace has {size} entries; valid are x0 y0 z0 x1 y1 z1 (or 4, planar)"
             )
-        return _box(data_[: size // 2], data_[size // 2 :]), ()
-    low, high = _static_box(model, data)
-    warning = (
-        f"no workspace given: taken as the box of the static geoms, {_text(low)} to {_text(high)}"
-    )
-    return _box(low, high), (warning,)
+        return Workspace(_box(data_[: size // 2], data_[size // 2 :]), guessed=False)
+    return _static_box(model, data)
 
 
 def _box(low: Floats, high: Floats) -> Bounds:
@@ -124,7 +162,7 @@ def _box(low: Floats, high: Floats) -> Bounds:
     return low, high
 
 
-def _static_box(model: mujoco.MjModel, data: mujoco.MjData) -> Bounds:
+def _static_box(model: mujoco.MjModel, data: mujoco.MjData) -> Workspace:
     low, high, floor = np.full(3, np.inf), np.full(3, -np.inf), -np.inf
     for geom in range(model.ngeom):
         collides = model.geom_contype[geom] or model.geom_conaffinity[geom]
@@ -140,10 +178,11 @@ def _static_box(model: mujoco.MjModel, data: mujoco.MjData) -> Bounds:
     if not np.isfinite(low).all():
         raise SceneError(
             "the world has no static geom to take a workspace from; add <custom><numeric "
-            'name="workspace" data="x0 y0 z0 x1 y1 z1"/></custom> or give a workspace'
+            'name="workspace" data="x0 y0 z0 x1 y1 z1"/></custom> or give '
+            "--workspace X0 Y0 Z0 X1 Y1 Z1"
         )
     low[2] = max(low[2], floor)
-    return low, high
+    return Workspace((low, high), guessed=True, floor=floor)
 
 
 def centre_bounds(space: Bounds, shape: BodyShape, reach: Bounds) -> Bounds:
@@ -177,4 +216,5 @@ def check_inside(label: str, point: Floats, bounds: Bounds) -> None:
 
 
 def _text(point: Floats) -> str:
-    return "(" + ", ".join(f"{value:.6g}" for value in point) + ")"
+    # Six decimals: a wall's foot at -5e-9, by its rounded rotation, is at 0; + 0.0 makes -0 plain.
+    return "(" + ", ".join(f"{round(float(value), 6) + 0.0:.6g}" for value in point) + ")"

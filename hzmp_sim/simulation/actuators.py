@@ -59,10 +59,11 @@ def slide_motor(
     ]
     name = model.joint(joint).name
     if len(found) != 1 or not is_direct(model, found[0]) or lag(model, found[0]) != 0.0:
-        what = [model.actuator(k).name for k in found] or "none"
+        names = ", ".join(repr(model.actuator(k).name) for k in found)
+        has = f"the actuators {names}" if found else "no actuator of its own"
         raise SceneError(
-            f"slide joint {name!r} of body {body!r} has the actuators {what}: it needs one motor "
-            "(fixed gain, no bias, no dynamics)"
+            f"slide joint {name!r} of body {body!r} has {has}: it needs one motor on the joint "
+            "(fixed gain, no bias, no dynamics, not by a tendon)"
         )
     actuator = found[0]
     gain = float(model.actuator_gear[actuator, 0] * model.actuator_gainprm[actuator, 0])

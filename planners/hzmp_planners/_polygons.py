@@ -67,8 +67,13 @@ def facet_corners(vertices: Floats, A: Floats, incidence: Bools) -> list[tuple[i
         corners = on.nonzero()[0]
         if len(corners) < 3:
             continue
-        u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+        # Two axes in the plane. Written out: np.cross takes most of the time of a large space.
+        x, y, z = normal.tolist()
+        axis = int(np.abs(normal).argmin())
+        u = np.array([(0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0)][axis])
+        a, b, c = u.tolist()
+        v = np.array([y * c - z * b, z * a - x * c, x * b - y * a])
         offset = vertices[corners] - vertices[corners].mean(axis=0)
-        angles = np.arctan2(offset @ np.cross(normal, u), offset @ u)
+        angles = np.arctan2(offset @ v, offset @ u)
         found.append((row, corners[angles.argsort()]))
     return found

@@ -157,7 +157,7 @@ SLIDE = '<joint name="x" type="slide" axis="1 0 0"/>'
     [
         ("", "", "'cart' has no joint: valid are"),
         ('<joint type="hinge"/>', "", "joints of type hinge: valid are"),
-        (SLIDE, "", "'x' of body 'cart' has the actuators none"),
+        (SLIDE, "", "'x' of body 'cart' has no actuator of its own"),
         (SLIDE, '<position joint="x"/>', "needs one motor"),
         (SLIDE, '<motor joint="x"/><motor joint="x"/>', "needs one motor"),
         (SLIDE, '<motor joint="x" gear="0"/>', "gear or gain 0"),

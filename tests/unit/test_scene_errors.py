@@ -154,6 +154,9 @@ def test_files_that_are_not_worlds(tmp_path: Path) -> None:
     empty = tmp_path / "empty.xml"
     empty.write_text("")
     assert "empty.xml" in str(refusal(empty))
+    part = tmp_path / "part.xml"
+    part.write_text('<mujocoinclude><asset><texture name="sky"/></asset></mujocoinclude>')
+    assert "a part that other files include" in str(refusal(part))
     picture = tmp_path / "picture.xml"
     picture.write_bytes(bytes(range(256)))
     assert "picture.xml" in str(refusal(picture))

@@ -186,7 +186,8 @@ def test_workspace_from_flag_file_or_geoms(tmp_path: Path) -> None:
       <geom type="box" size="0.1 2 1" pos="3 0 1"/>"""
     file = write(tmp_path, ROOM + walls, head="")
     scene = load_scene(file)
-    np.testing.assert_allclose(scene.workspace, [[-3.1, -2.0], [3.1, 2.0]])
+    room = 3 * (scene.radius + scene.clearance) + scene.tolerance
+    np.testing.assert_allclose(scene.workspace, [[-3.1 - room, -2 - room], [3.1 + room, 2 + room]])
     assert len(scene.warnings) == 1
     assert "box of the static geoms" in scene.warnings[0]
     given = load_scene(file, workspace=((-3, -1.5, 0), (3, 1.5, 2)))

@@ -26,6 +26,7 @@ class MjContact:
 
 class MjData:
     act: _Floats  # (na,)
+    cam_xpos: _Floats  # (ncam, 3)
     contact: _MjContactList
     ctrl: _Floats  # (nu,)
     geom_xmat: _Floats  # (ngeom, 9)
@@ -125,6 +126,7 @@ class MjModel:
     ngeom: int
     nhfield: int
     njnt: int
+    nlight: int
     nmesh: int
     nnumeric: int
     npair: int
@@ -176,10 +178,12 @@ class MjSpec:
     actuators: Sequence[MjsActuator]
     bodies: Sequence[MjsBody]
     compiler: MjsCompiler
+    equalities: Sequence[object]
     excludes: Sequence[MjsExclude]
     geoms: Sequence[MjsGeom]
     hfields: Sequence[MjsHField]
     joints: Sequence[MjsJoint]
+    keys: Sequence[object]
     materials: Sequence[MjsMaterial]
     meshdir: str
     meshes: Sequence[MjsMesh]
@@ -187,8 +191,10 @@ class MjSpec:
     modelname: str
     option: MjOption
     pairs: Sequence[MjsPair]
+    sensors: Sequence[object]
     sites: Sequence[MjsSite]
     stat: MjStatistic
+    tendons: Sequence[object]
     texturedir: str
     textures: Sequence[MjsTexture]
     visual: MjVisual
@@ -227,12 +233,14 @@ class MjStatistic:
 
 class MjVisual:
     global_: _MjVisualGlobal
+    headlight: _MjVisualHeadlight
     map: _MjVisualMap
     quality: _MjVisualQuality
 
 class MjsActuator:
     name: str
     target: str
+    trntype: mjtTrn
 
 class MjsBody:
     bodies: Sequence[MjsBody]
@@ -291,6 +299,7 @@ class MjsHField:
 class MjsJoint:
     axis: _Floats  # (3,)
     name: str
+    parent: MjsBody
     pos: _Floats  # (3,)
     type: mjtJoint
 
@@ -387,6 +396,10 @@ class _MjVisualGlobal:
     offheight: int
     offwidth: int
 
+class _MjVisualHeadlight:
+    ambient: NDArray[np.float32]  # (3,)
+    diffuse: NDArray[np.float32]  # (3,)
+
 class _MjVisualMap: ...
 
 class _MjVisualQuality:
@@ -415,6 +428,17 @@ def mj_name2id(m: MjModel, type: int, name: str) -> int: ...  # -1 when there is
 def mj_objectVelocity(
     m: MjModel, d: MjData, objtype: int, objid: int, res: _Floats, flg_local: int
 ) -> None: ...
+def mj_ray(
+    m: MjModel,
+    d: MjData,
+    pnt: _Floats,
+    vec: _Floats,
+    geomgroup: _Bytes | None,
+    flg_static: bool,
+    bodyexclude: int,
+    geomid: _Ints | None,
+    normal: _Floats | None = None,
+) -> float: ...
 def mj_saveModel(m: MjModel, filename: str) -> None: ...
 def mj_step(m: MjModel, d: MjData, nstep: int = 1) -> None: ...
 def mjr_readPixels(
