@@ -199,7 +199,7 @@ WORLDS = (
         "MIT",
         "the Franka kitchen: a robot arm, cabinet doors and a kettle stand frozen",
         _as_shipped("gymnasium-robotics", _KITCHEN),
-        "--body quadrotor --start -2 0.6 1 --goal -0.3 -0.2 2.3 --freeze"
+        "--body quadrotor --start -2 0.6 1 --goal -0.3 -0.2 2.4 --freeze"
         " --workspace -2.4 -1.8 0 2 1.6 3.3",
     ),
     ForeignWorld(
