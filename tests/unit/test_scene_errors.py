@@ -50,6 +50,13 @@ def changed(folder: Path, old: str, new: str) -> Path:
         ('vertex="0 0 0  1 0 0  0 1 0  0 0 1"', 'vertex=""', ["tent"]),
         ('0 0 1"/></asset>', '1 1 0"/></asset>', ["tent", "coplanar"]),
         ("<!-- more -->", '<composite type="grid"/>', ["composite", "MuJoCo 4"]),
+        ("<asset>", '<include file="scene.xml"/><asset>', ["scene.xml -> scene.xml", "itself"]),
+        ("<asset>", '<asset><model name="m" file="scene.xml"/>', ["scene.xml -> scene.xml"]),
+        (
+            "<!-- more -->",
+            '<replicate count="200"><replicate count="51"><geom size="1"/></replicate></replicate>',
+            ['count="51"', "10200 copies", "10000"],
+        ),
         ('<site name="goal" pos="2 0 1"/>', "", ['<site name="goal"', "--goal"]),
         ('<site name="start" pos="-2 0 1"/>', "", ['<site name="start"', "--start"]),
         ('data="-3 -2 0 3 2 2"', 'data="-3 -2 0 3 2"', ["workspace", "5 entries"]),
@@ -157,6 +164,16 @@ def test_files_that_are_not_worlds(tmp_path: Path) -> None:
     picture = tmp_path / "picture.xml"
     picture.write_bytes(bytes(range(256)))
     assert "picture.xml" in str(refusal(picture))
+
+
+def test_names_in_another_encoding(tmp_path: Path) -> None:
+    file = changed(tmp_path, 'name="wall"', 'name="w\N{LATIN SMALL LETTER A WITH DIAERESIS}nd"')
+    file.write_bytes(file.read_text().encode("latin-1"))
+    text = str(refusal(file))
+    assert "scene.xml is not UTF-8" in text
+    assert "0xe4" in text
+    file.write_bytes(GOOD.replace("more", "\N{DEGREE SIGN}").encode("latin-1"))
+    assert load_scene(file).body == "point"  # a comment may be in any
 
 
 def test_world_without_geoms_needs_a_workspace(tmp_path: Path) -> None:
