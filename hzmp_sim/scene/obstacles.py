@@ -19,6 +19,7 @@ from hzmp_sim.scene.constants import (
     TOUCH_TOL,
 )
 from hzmp_sim.scene.contact_filter import contact_margins
+from hzmp_sim.scene.copies import outer_of_copy
 from hzmp_sim.scene.geoms import (
     HalfSpace,
     Part,
@@ -77,6 +78,7 @@ def read_obstacles(
             reason, moving = _mobility(model, geom)
             if moving:
                 warnings.append(f"{name} is on a mocap body: planned where it stands now")
+            _check_margin(name, float(margins[geom]), bounds)
             grow = body.radius + clearance + float(margins[geom])
             near = _reach_box(body, bounds, clearance, grow)
             parts = geom_parts(model, data, geom, near, MERGE_SHARE * tolerance)
@@ -176,10 +178,16 @@ def _obstacle(
     elif _is_far(shape, bounds, grow):
         return None, "outside", "outside the workspace"
     else:
-        outer = outer_polytope(shape, grow, tolerance - excess, _window(shape, bounds, grow))
+        outer = _outer(shape, grow, tolerance - excess, _window(shape, bounds, grow))
     if not _meets(outer, bounds):
         return None, "outside", "outside the workspace"
     return Outer(outer.polytope, outer.vertices, outer.error + excess), "obstacle", ""
+
+
+def _outer(shape: Shape, grow: float, tolerance: float, window: Bounds | None) -> Outer:
+    if window is None:
+        return outer_of_copy(shape, grow, tolerance)
+    return outer_polytope(shape, grow, tolerance, window)
 
 
 def _halfspace_obstacle(plane: HalfSpace, bounds: Bounds, grow: float) -> Outer:
@@ -232,6 +240,16 @@ def _margins(model: mujoco.MjModel, body: Body) -> Floats:
     """Largest contact margin of each geom with any geom of the body [m]; NaN: never in contact."""
     margins = contact_margins(model, body.geoms)
     return np.where(np.isnan(margins).all(axis=0), np.nan, np.fmax.reduce(margins, axis=0))
+
+
+def _check_margin(name: str, margin: float, bounds: Bounds) -> None:
+    """Refuse what would round off a shape for ever: a ball of many workspaces within cm."""
+    size = float((bounds[1] - bounds[0]).max())
+    if not margin <= size:
+        raise SceneError(
+            f"{name} has a contact margin of {margin:g} m with the body, wider than the room for "
+            f"its centre ({size:.4g} m): make it smaller"
+        )
 
 
 def _refuse_flexes(model: mujoco.MjModel, body: Body) -> None:

@@ -45,6 +45,7 @@ def changed(folder: Path, old: str, new: str) -> Path:
         ('size="0.15 1 1"', 'size="0.15 1 -1"', ["wall", "size"]),
         ('size="0.15 1 1"', 'size="nan 1 1"', ["scene.xml", "NaN"]),
         ('pos="0 0 1"', 'pos="nan 0 1"', ["scene.xml", "NaN"]),
+        ('name="wall"', 'name="wall" margin="1e7"', ["wall", "margin of 1e+07 m", "5.8 m"]),
         ('type="box"', 'type="mesh" mesh="nothing"', ["nothing"]),
         ("<asset>", '<asset><mesh name="rock" file="rock.obj"/>', ["rock.obj"]),
         ('vertex="0 0 0  1 0 0  0 1 0  0 0 1"', 'vertex=""', ["tent"]),
