@@ -13,7 +13,10 @@ MAX_COPIES = 10_000
 many."""
 
 _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
-_MATTER = (b"<replicate", b"<include", b"<model")
+MAX_HEIGHTS = 25_000_000
+"""A height field of more points than this takes MuJoCo gigabytes before it says anything."""
+
+_MATTER = (b"<replicate", b"<hfield", b"<include", b"<model")
 
 
 def check_files(file: Path, label: Path) -> None:
@@ -25,7 +28,8 @@ def check_files(file: Path, label: Path) -> None:
 
     Raises:
         SceneError: a file refers to itself, at which MuJoCo's stack overflows, or an element is to
-            be copied more than `MAX_COPIES` times, nested ones multiplied, or a text is not UTF-8:
+            be copied more than `MAX_COPIES` times, nested ones multiplied, or a
+            height field has more than `MAX_HEIGHTS` points, or a text is not UTF-8:
             names in another encoding cannot be read back.
     """
     _check(file, label, (), set())
@@ -59,10 +63,21 @@ def _check(file: Path, label: Path, above: tuple[Path, ...], done: set[Path]) ->
         element, copies = waiting.pop()
         if element.tag == "replicate":
             copies = _multiplied(copies, element.get("count", "").strip(), label)
+        if element.tag == "hfield":
+            _check_grid(element, label)
         if element.tag in ("include", "model") and (name := element.get("file")):
             for folder in {path.parent for path in (file, *above[:1])}:
                 _check(folder / name, label, (*above, file), done)
         waiting += [(child, copies) for child in element]
+
+
+def _check_grid(field: ET.Element, label: Path) -> None:
+    rows, columns = (field.get(key, "").strip() for key in ("nrow", "ncol"))
+    if rows.isdecimal() and columns.isdecimal() and int(rows) * int(columns) > MAX_HEIGHTS:
+        raise SceneError(
+            f"{label}: hfield {field.get('name')!r} has {rows} x {columns} points, more than "
+            f"{MAX_HEIGHTS:,}: make it coarser"
+        )
 
 
 def _multiplied(copies: int, count: str, label: Path) -> int:

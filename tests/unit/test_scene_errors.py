@@ -54,6 +54,11 @@ def changed(folder: Path, old: str, new: str) -> Path:
         ("<asset>", '<include file="scene.xml"/><asset>', ["scene.xml -> scene.xml", "itself"]),
         ("<asset>", '<asset><model name="m" file="scene.xml"/>', ["scene.xml -> scene.xml"]),
         (
+            "<asset>",
+            '<asset><hfield name="deep" nrow="100000" ncol="100000" size="1 1 1 1"/>',
+            ["'deep'", "100000 x 100000", "25,000,000"],
+        ),
+        (
             "<!-- more -->",
             '<replicate count="200"><replicate count="51"><geom size="1"/></replicate></replicate>',
             ['count="51"', "10200 copies", "10000"],
