@@ -10,12 +10,14 @@ import mujoco
 import numpy as np
 
 from hzmp_planners._arrays import Floats
+from hzmp_planners.errors import SceneError
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_sim.simulation.actuation import Actuation
 from hzmp_sim.simulation.contact_audit import ContactAudit
 from hzmp_tracking import Trajectory
 
+_MOST_STEPS = 20_000_000  # of a flight: what it logs of them takes some GB
 _AT_REST = 0.05  # [m/s] a body slower than this has settled
 
 
@@ -49,6 +51,9 @@ def fly(
         goal_tolerance: see `RunSettings` [m].
         settle_time: likewise [s].
         advance: told the simulated time that has passed [s].
+
+    Raises:
+        SceneError: the world's time step is too short for the flight to be recorded.
     """
     model = scene.model
     data = mujoco.MjData(model)
@@ -56,6 +61,11 @@ def fly(
     mujoco.mj_forward(model, data)
     dt = float(model.opt.timestep)
     steps = int(np.ceil((trajectory.duration + settle_time) / dt)) + 1
+    if steps > _MOST_STEPS:
+        raise SceneError(
+            f"option timestep = {dt:g} s needs {steps:.3g} physics steps to fly this, more than "
+            f"{_MOST_STEPS:,}; 0.002 s is usual"
+        )
     times: Floats = dt * np.arange(steps, dtype=np.float64)
     reference = _Reference(scene, trajectory, times)
     actuation.trim(data)

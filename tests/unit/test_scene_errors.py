@@ -7,6 +7,7 @@ import pytest
 
 from hzmp_planners.errors import HzmpError, QueryError, SceneError, ShapeError
 from hzmp_sim.scene import load_scene
+from hzmp_sim.simulation import simulate
 
 GOOD = """<mujoco>
   <custom><numeric name="workspace" data="-3 -2 0 3 2 2"/></custom>
@@ -186,3 +187,9 @@ def test_world_without_geoms_needs_a_workspace(tmp_path: Path) -> None:
     file = tmp_path / "void.xml"
     file.write_text('<mujoco><worldbody><geom type="plane" size="1 1 1"/></worldbody></mujoco>')
     assert 'numeric name="workspace"' in str(refusal(file, start=(0, 0, 1), goal=(1, 0, 1)))
+
+
+def test_time_step_too_short_to_fly(tmp_path: Path) -> None:
+    file = changed(tmp_path, "<asset>", '<option timestep="1e-30"/><asset>')
+    with pytest.raises(SceneError, match=r"timestep = 1e-30 s needs .* 0\.002 s is usual"):
+        simulate(load_scene(file), tmp_path / "run")
