@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -103,7 +104,13 @@ def geom_shape(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Shape |
         points = HeightField.of_geom(model, geom).hull_points()
     else:  # mesh or SDF: whatever else MuJoCo calls a geom is drawn only, and in no model
         points = mesh_points(model, geom)
-    return Hull.from_points(points @ axes.T + centre)
+    return _hull(points.tobytes()).moved(axes, centre)
+
+
+@lru_cache(64)  # of a mesh that many geoms show
+def _hull(points: bytes) -> Hull:
+    """Hull of points (k, 3), each coordinate a double."""
+    return Hull.from_points(np.frombuffer(points).reshape(-1, 3))
 
 
 def _pose(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[Floats, Floats]:

@@ -9,6 +9,7 @@ from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.bodies import Body
 from hzmp_sim.scene.body_shape import BodyShape
 from hzmp_sim.scene.constants import CLIP_RATIO, MIN_GROWTH, SLICE_SHARE, TOUCH_TOL
+from hzmp_sim.scene.copies import outer_of_copy
 from hzmp_sim.scene.geoms import HalfSpace, Part
 from hzmp_sim.scene.minkowski import Difference
 from hzmp_sim.scene.outer import Outer, outer_polytope
@@ -63,7 +64,10 @@ def grown_obstacle(
         if _is_far(sum_, bounds, grow):
             return None, "outside", "outside the workspace"
         window = _window(sum_, bounds, body.radius + clearance + margin)
-        outer = outer_polytope(sum_, grow, tolerance - excess, window)
+        if window is None:
+            outer = outer_of_copy(sum_, grow, tolerance - excess)
+        else:
+            outer = outer_polytope(sum_, grow, tolerance - excess, window)
     if not _meets(outer, bounds):
         return None, "outside", "outside the workspace"
     return Outer(outer.polytope, outer.vertices, outer.error + excess), "obstacle", ""

@@ -10,6 +10,7 @@ import mujoco
 
 from hzmp_planners.errors import SceneError
 from hzmp_sim.mujoco_warnings import mujoco_warnings
+from hzmp_sim.scene.precheck import check_files
 
 
 def read_spec(file: Path, label: Path) -> mujoco.MjSpec:
@@ -22,6 +23,7 @@ def read_spec(file: Path, label: Path) -> mujoco.MjSpec:
     Raises:
         SceneError: the file cannot be read or parsed.
     """
+    check_files(file, label)
     with mujoco_warnings() as notes:
         try:
             spec = mujoco.MjSpec.from_file(str(file))

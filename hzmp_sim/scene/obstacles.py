@@ -75,6 +75,7 @@ def read_obstacles(
             if moving:
                 warnings.append(f"{name} is on a mocap body: planned where it stands now")
             margin = float(margins[geom])
+            _check_margin(name, margin, bounds)
             near = _reach_box(body, shape, bounds, clearance, margin)
             parts = geom_parts(model, data, geom, near, MERGE_SHARE * tolerance)
             try:
@@ -152,6 +153,16 @@ def _margins(model: mujoco.MjModel, body: Body) -> Floats:
     """Largest contact margin of each geom with any geom of the body [m]; NaN: never in contact."""
     margins = contact_margins(model, body.geoms)
     return np.where(np.isnan(margins).all(axis=0), np.nan, np.fmax.reduce(margins, axis=0))
+
+
+def _check_margin(name: str, margin: float, bounds: Bounds) -> None:
+    """Refuse what would round off a shape for ever: a ball of many workspaces within cm."""
+    size = float((bounds[1] - bounds[0]).max())
+    if not margin <= size:
+        raise SceneError(
+            f"{name} has a contact margin of {margin:g} m with the body, wider than the room for "
+            f"its centre ({size:.4g} m): make it smaller"
+        )
 
 
 def _refuse_flexes(model: mujoco.MjModel, body: Body) -> None:

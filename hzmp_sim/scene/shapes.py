@@ -27,6 +27,10 @@ from hzmp_sim.scene.nearest import nearest_on_segments, nearest_on_triangles
 class Shape(Protocol):
     """A bounded convex set in n dimensions."""
 
+    def __hash__(self) -> int:
+        """Of the object: what was found for a shape can be kept."""
+        ...
+
     @property
     def centre(self) -> Floats:
         """A point well inside the set, shape (n,) [m]."""
@@ -187,6 +191,16 @@ class Hull:
     """Vertex indices of the simplices of its surface, shape (f, n)."""
     equations: Floats
     """Distinct facet planes, outward unit normal and minus offset, shape (m, n + 1)."""
+    origin: tuple[Hull, Floats, Floats] | None = None
+    """The hull of which it is a copy, with the axes (n, n) as columns and the position (n,) [m]."""
+
+    def moved(self, axes: Floats, position: Floats) -> Hull:
+        """A copy turned by `axes` (n, n) and then shifted to `position` (n,) [m]."""
+        normals = self.equations[:, :-1] @ axes.T
+        offsets = self.equations[:, -1] - normals @ position
+        points = self.points @ axes.T + position
+        planes = np.column_stack([normals, offsets])
+        return Hull(points, self.facets, planes, (self, axes, position))
 
     @classmethod
     def from_points(cls, points: Floats) -> Hull:

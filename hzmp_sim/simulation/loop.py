@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from hzmp_planners._arrays import Floats
+from hzmp_planners.errors import SceneError
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_sim.settings import Disturbance
@@ -18,6 +19,7 @@ from hzmp_sim.simulation.contact_audit import ContactAudit
 from hzmp_sim.simulation.disturbance import Sensors, disturbed_model, wind_at_steps
 from hzmp_tracking import Trajectory
 
+_MOST_STEPS = 20_000_000  # of a flight: what it logs of them takes some GB
 _AT_REST = 0.05  # [m/s] a body slower than this has settled
 
 
@@ -55,6 +57,9 @@ def fly(
         disturbance: what the controller is not told of.
         seed: of its random parts.
         advance: told the simulated time that has passed [s].
+
+    Raises:
+        SceneError: the world's time step is too short for the flight to be recorded.
     """
     model = disturbed_model(scene.model, actuation.actuators, disturbance)
     data = mujoco.MjData(model)
@@ -62,6 +67,11 @@ def fly(
     mujoco.mj_forward(model, data)
     dt = float(model.opt.timestep)
     steps = int(np.ceil((trajectory.duration + settle_time) / dt)) + 1
+    if steps > _MOST_STEPS:
+        raise SceneError(
+            f"option timestep = {dt:g} s needs {steps:.3g} physics steps to fly this, more than "
+            f"{_MOST_STEPS:,}; 0.002 s is usual"
+        )
     times: Floats = dt * np.arange(steps, dtype=np.float64)
     reference = _Reference(scene, trajectory, times)
     actuation.trim(data)

@@ -1,11 +1,15 @@
 """The outer polytope contains the grown shape, and its error is what it says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from shape_samples import SHAPES, rotation, units
 
+from hzmp_sim.scene.copies import outer_of_copy
+from hzmp_sim.scene.minkowski import Difference
 from hzmp_sim.scene.outer import outer_polytope
-from hzmp_sim.scene.shapes import Box, Capsule, Cylinder, Ellipsoid, Shape, farthest
+from hzmp_sim.scene.shapes import Box, Capsule, Cylinder, Ellipsoid, Hull, Shape, farthest
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -42,6 +46,39 @@ def test_contains_the_grown_shape_within_the_tolerance(
     excess = (corners @ directions.T).max(axis=0) - shape.support(directions) - grow
     assert excess.min() >= -1e-9
     assert excess.max() <= outer.error + 1e-7
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_copies_are_contained_within_the_same_error(name: str) -> None:
+    """Of a second copy, elsewhere and turned, half-spaces touch and the error is as stated."""
+    shape = SHAPES[name]()
+    n = shape.centre.size
+    core = Box(np.full(n, 0.05), np.eye(n), np.full(n, 0.1))
+    copies = [shape, moved(shape)]
+    for copy in [*copies, *(Difference(copy, core) for copy in copies)]:
+        outer = outer_of_copy(copy, 0.2, 0.1)
+        corners = outer.polytope.vertices()
+        np.testing.assert_allclose(outer.vertices, corners)
+        np.testing.assert_allclose(
+            outer.polytope.b, copy.support(outer.polytope.A) + 0.2, atol=1e-9
+        )
+        beyond = np.linalg.norm(corners - copy.project(corners), axis=1) - 0.2
+        assert outer.error == pytest.approx(max(0.0, float(beyond.max())), abs=1e-6)
+        assert outer.error <= 0.1
+
+
+def moved(shape: Shape) -> Shape:
+    """A copy that is turned, if it is a box, ellipsoid or polyhedron, and shifted."""
+    n = shape.centre.size
+    turn, shift = rotation(9) if n == 3 else np.array([[0.6, -0.8], [0.8, 0.6]]), np.full(n, 7.0)
+    if isinstance(shape, Hull):
+        return shape.moved(turn, shift)
+    if isinstance(shape, Capsule):
+        return Capsule(shape.ends + shift, shape.radius)
+    if isinstance(shape, Box | Ellipsoid):
+        return replace(shape, centre=shape.centre + shift, axes=turn @ shape.axes)
+    assert isinstance(shape, Cylinder)
+    return replace(shape, centre=shape.centre + shift)
 
 
 @pytest.mark.parametrize(

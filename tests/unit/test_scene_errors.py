@@ -7,6 +7,7 @@ import pytest
 
 from hzmp_planners.errors import HzmpError, QueryError, SceneError, ShapeError
 from hzmp_sim.scene import load_scene
+from hzmp_sim.simulation import simulate
 
 GOOD = """<mujoco>
   <custom><numeric name="workspace" data="-3 -2 0 3 2 2"/></custom>
@@ -45,11 +46,24 @@ def changed(folder: Path, old: str, new: str) -> Path:
         ('size="0.15 1 1"', 'size="0.15 1 -1"', ["wall", "size"]),
         ('size="0.15 1 1"', 'size="nan 1 1"', ["scene.xml", "NaN"]),
         ('pos="0 0 1"', 'pos="nan 0 1"', ["scene.xml", "NaN"]),
+        ('name="wall"', 'name="wall" margin="1e7"', ["wall", "margin of 1e+07 m", "5.8 m"]),
         ('type="box"', 'type="mesh" mesh="nothing"', ["nothing"]),
         ("<asset>", '<asset><mesh name="rock" file="rock.obj"/>', ["rock.obj"]),
         ('vertex="0 0 0  1 0 0  0 1 0  0 0 1"', 'vertex=""', ["tent"]),
         ('0 0 1"/></asset>', '1 1 0"/></asset>', ["tent", "coplanar"]),
         ("<!-- more -->", '<composite type="grid"/>', ["composite", "MuJoCo 4"]),
+        ("<asset>", '<include file="scene.xml"/><asset>', ["scene.xml -> scene.xml", "itself"]),
+        ("<asset>", '<asset><model name="m" file="scene.xml"/>', ["scene.xml -> scene.xml"]),
+        (
+            "<asset>",
+            '<asset><hfield name="deep" nrow="100000" ncol="100000" size="1 1 1 1"/>',
+            ["'deep'", "100000 x 100000", "25,000,000"],
+        ),
+        (
+            "<!-- more -->",
+            '<replicate count="200"><replicate count="51"><geom size="1"/></replicate></replicate>',
+            ['count="51"', "10200 copies", "10000"],
+        ),
         ('<site name="goal" pos="2 0 1"/>', "", ['<site name="goal"', "--goal"]),
         ('<site name="start" pos="-2 0 1"/>', "", ['<site name="start"', "--start"]),
         ('data="-3 -2 0 3 2 2"', 'data="-3 -2 0 3 2"', ["workspace", "5 entries"]),
@@ -162,7 +176,23 @@ def test_files_that_are_not_worlds(tmp_path: Path) -> None:
     assert "picture.xml" in str(refusal(picture))
 
 
+def test_names_in_another_encoding(tmp_path: Path) -> None:
+    file = changed(tmp_path, 'name="wall"', 'name="w\N{LATIN SMALL LETTER A WITH DIAERESIS}nd"')
+    file.write_bytes(file.read_text().encode("latin-1"))
+    text = str(refusal(file))
+    assert "scene.xml is not UTF-8" in text
+    assert "0xe4" in text
+    file.write_bytes(GOOD.replace("more", "\N{DEGREE SIGN}").encode("latin-1"))
+    assert load_scene(file).body == "point"  # a comment may be in any
+
+
 def test_world_without_geoms_needs_a_workspace(tmp_path: Path) -> None:
     file = tmp_path / "void.xml"
     file.write_text('<mujoco><worldbody><geom type="plane" size="1 1 1"/></worldbody></mujoco>')
     assert 'numeric name="workspace"' in str(refusal(file, start=(0, 0, 1), goal=(1, 0, 1)))
+
+
+def test_time_step_too_short_to_fly(tmp_path: Path) -> None:
+    file = changed(tmp_path, "<asset>", '<option timestep="1e-30"/><asset>')
+    with pytest.raises(SceneError, match=r"timestep = 1e-30 s needs .* 0\.002 s is usual"):
+        simulate(load_scene(file), tmp_path / "run")
