@@ -19,6 +19,10 @@ MAX_SUM_PROJECTIONS = 1000
 SUM_TOL = 1e-7
 """They end when the distance to the sum is known this well [m]."""
 
+SUM_SHARE = 1e-3
+"""Or to this share of the tolerance: a reported error is at most that too large. Fewer projections
+read worlds of turned boxes twice as fast, of turned meshes four times."""
+
 BODY_SHARE = 0.05
 """Share of a body's radius that the hull of its geoms may stand out by, where it has curved ones
 among several: a polytope of some dozen facets."""

@@ -38,8 +38,8 @@ def outer_of_copy(shape: Shape, grow: float, tolerance: float) -> Outer:
         key = _key(shape.shape, turned=False)
         if key is None:
             return outer_polytope(shape, grow, tolerance)
-        outer, place = _of_sum(key, shape.core, grow, tolerance), shape.shape
-        return _moved(outer, np.eye(shape.centre.size), _position(place))
+        outer = _of_sum(key, shape.core, shape.precision, grow, tolerance)
+        return _moved(outer, np.eye(shape.centre.size), _position(shape.shape))
     key = _key(shape, turned=True)
     if key is None:
         return outer_polytope(shape, grow, tolerance)
@@ -83,8 +83,8 @@ def _of_shape(key: _Key, grow: float, tolerance: float) -> Outer:
 
 
 @lru_cache(_KEPT)
-def _of_sum(key: _Key, core: Shape, grow: float, tolerance: float) -> Outer:
-    return outer_polytope(Difference(_at_origin(key), core), grow, tolerance)
+def _of_sum(key: _Key, core: Shape, precision: float, grow: float, tolerance: float) -> Outer:
+    return outer_polytope(Difference(_at_origin(key), core, precision), grow, tolerance)
 
 
 def _at_origin(key: _Key) -> Shape:

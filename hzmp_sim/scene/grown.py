@@ -8,7 +8,14 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.bodies import Body
 from hzmp_sim.scene.body_shape import BodyShape
-from hzmp_sim.scene.constants import CLIP_RATIO, MIN_GROWTH, SLICE_SHARE, TOUCH_TOL
+from hzmp_sim.scene.constants import (
+    CLIP_RATIO,
+    MIN_GROWTH,
+    SLICE_SHARE,
+    SUM_SHARE,
+    SUM_TOL,
+    TOUCH_TOL,
+)
 from hzmp_sim.scene.copies import outer_of_copy
 from hzmp_sim.scene.geoms import HalfSpace, Part
 from hzmp_sim.scene.minkowski import Difference
@@ -60,7 +67,9 @@ def grown_obstacle(
     if isinstance(solid, HalfSpace):
         outer = _halfspace_obstacle(solid, shape, bounds, grow)
     else:
-        sum_ = solid if shape.kind == "ball" else Difference(solid, shape.core)
+        sum_ = solid
+        if shape.kind != "ball":
+            sum_ = Difference(solid, shape.core, max(SUM_SHARE * tolerance, SUM_TOL))
         if _is_far(sum_, bounds, grow):
             return None, "outside", "outside the workspace"
         window = _window(sum_, bounds, body.radius + clearance + margin)

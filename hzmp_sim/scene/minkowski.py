@@ -26,6 +26,8 @@ class Difference:
 
     shape: Shape
     core: Shape
+    precision: float = SUM_TOL
+    """A nearest point is found when its distance is known this well [m]."""
 
     @property
     def centre(self) -> Floats:
@@ -44,9 +46,9 @@ class Difference:
             found[rest] = outer - inner
             # A supporting half-space on the way bounds the distance from below.
             away = asked - found[rest]
-            distance = np.maximum(np.linalg.norm(away, axis=1), SUM_TOL)
+            distance = np.maximum(np.linalg.norm(away, axis=1), self.precision)
             least = ((away * asked).sum(axis=1) - self.support(away)) / distance
-            far = distance > least + SUM_TOL
+            far = distance > least + self.precision
             rest, inner = rest[far], inner[far]
             if not rest.size:
                 break
