@@ -11,7 +11,7 @@ from hzmp_planners.planning.relaxation import Relaxation
 
 _LEAST_FLOW = 1e-4  # flow below this is residue of the interior-point method
 _DIVIDED = 6  # every so many'th node is divided where flows mix
-_LEAST_DIVIDED = 16  # this many of a small graph, whose next relaxation is cheap
+_LEAST_DIVIDED = 24  # this many of a small graph, whose next relaxation is cheap
 
 
 def flow_chains(relaxation: Relaxation, most: int) -> list[list[int]]:
