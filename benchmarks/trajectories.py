@@ -67,6 +67,13 @@ def resting(corridor: Corridor) -> float:
     return sum(hz.time_parameterize([*ends], [cell], LIMITS).duration for ends, cell in legs)
 
 
+def measured(corridor: Corridor) -> tuple[hz.Trajectory, float]:
+    """The trajectory, and the CPU time that it took [ms]."""
+    began = time.process_time()
+    trajectory = hz.time_parameterize(corridor.waypoints, corridor.cells, LIMITS)
+    return trajectory, 1e3 * (time.process_time() - began)
+
+
 def main(
     scenes: Path = Path("tests/data/scenes"), corridors: Path = Path("tests/data"), *, runs: int = 3
 ) -> None:
@@ -86,14 +93,11 @@ def main(
     ratios: list[float] = []
     spent: list[float] = []
     for corridor in [*planned(scenes), *references(corridors)]:
-        times: list[float] = []
-        for _ in range(runs):
-            began = time.process_time()
-            trajectory = hz.time_parameterize(corridor.waypoints, corridor.cells, LIMITS)
-            times.append(1e3 * (time.process_time() - began))
+        timed = [measured(corridor) for _ in range(runs)]
+        trajectory = timed[0][0]
         rest = resting(corridor)
         ratios.append(trajectory.duration / rest)
-        spent.append(statistics.median(times))
+        spent.append(statistics.median(milliseconds for _, milliseconds in timed))
         best = "" if corridor.best_known is None else f"{corridor.best_known:.3f}"
         print(
             f"| {corridor.name} | {len(corridor.cells)} | {rest:.3f} | "
