@@ -83,3 +83,6 @@ CUT_SPREAD = 0.97
 
 MAX_ZIP_BYTES = 2**30
 """A zip that unpacks to more than this is refused: it would fill the disk before MuJoCo sees it."""
+
+MIN_CELL = 1e-6
+"""Height fields of narrower cells [m] are slips of the pen, and too thin for double precision."""

@@ -19,6 +19,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners.errors import SceneError
+from hzmp_sim.scene.constants import MIN_CELL
 
 _ROUND_OFF = 1e-9  # share of the field's height: float32 heights are right to 1e-7
 _COARSE = 6  # a first look takes every k-th point so that so many are left along a side
@@ -39,12 +41,22 @@ class HeightField:
 
     @classmethod
     def of_geom(cls, model: mujoco.MjModel, geom: int) -> HeightField:
-        """The height field of a geom in its frame (MuJoCo XML reference, asset/hfield)."""
+        """The height field of a geom in its frame (MuJoCo XML reference, asset/hfield).
+
+        Raises:
+            SceneError: a cell is narrower than `MIN_CELL`.
+        """
         field = int(model.geom_dataid[geom])
         rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
         start = int(model.hfield_adr[field])
         data = np.array(model.hfield_data[start : start + rows * columns], dtype=np.float64)
         half_x, half_y, top, base = model.hfield_size[field].tolist()
+        cell = min(2.0 * half_x / (columns - 1), 2.0 * half_y / (rows - 1))
+        if cell < MIN_CELL:
+            raise SceneError(
+                f"height field {model.hfield(field).name!r} has cells {cell:.3g} m wide: at least "
+                f"{MIN_CELL:g} m is needed"
+            )
         return cls(
             np.linspace(-half_x, half_x, columns),
             np.linspace(-half_y, half_y, rows),

@@ -108,15 +108,16 @@ def _corners(normals: Floats, offsets: Floats, inside: Floats) -> tuple[Floats, 
     """
     slack = offsets - normals @ inside
     size = float(slack.max())
+    wrong = f"a shape at {np.round(inside, 3).tolist()} of size {size:g} m has no usable corners"
     try:
-        dual = HalfspaceIntersection(
-            np.column_stack([normals, -slack / size]), np.zeros(normals.shape[1])
-        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            dual = HalfspaceIntersection(
+                np.column_stack([normals, -slack / size]), np.zeros(normals.shape[1])
+            )
     except QhullError as error:
-        raise SceneError(
-            f"a shape at {np.round(inside, 3).tolist()} of size {size:g} m has no usable corners: "
-            f"{str(error).splitlines()[0]}"
-        ) from error
+        raise SceneError(f"{wrong}: {str(error).splitlines()[0]}") from error
+    if not np.isfinite(dual.intersections).all():
+        raise SceneError(f"{wrong}: its facets meet at no finite points")
     keys = np.round(dual.intersections, 9) + 0.0
     _, first = np.unique(keys, axis=0, return_index=True)
     corners = dual.intersections[np.sort(first)]

@@ -12,10 +12,10 @@ MAX_COPIES = 10_000
 """MuJoCo takes 13 s to read this many copies of a geom, and a hundred times that for ten times as
 many."""
 
-_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 MAX_HEIGHTS = 25_000_000
 """A height field of more points than this takes MuJoCo gigabytes before it says anything."""
 
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 _MATTER = (b"<replicate", b"<hfield", b"<include", b"<model")
 
 
@@ -29,8 +29,8 @@ def check_files(file: Path, label: Path) -> None:
     Raises:
         SceneError: a file refers to itself, at which MuJoCo's stack overflows, or an element is to
             be copied more than `MAX_COPIES` times, nested ones multiplied, or a
-            height field has more than `MAX_HEIGHTS` points, or a text is not UTF-8:
-            names in another encoding cannot be read back.
+            height field has more than `MAX_HEIGHTS` points, or entities are declared, or a text
+            is not UTF-8: names in another encoding cannot be read back.
     """
     _check(file, label, (), set())
 
@@ -48,12 +48,14 @@ def _check(file: Path, label: Path, above: tuple[Path, ...], done: set[Path]) ->
     except OSError:  # for MuJoCo to tell
         return
     try:
-        _COMMENT.sub(b"", text).decode()  # MuJoCo passes over comments in any encoding
+        plain = _COMMENT.sub(b"", text).decode()  # MuJoCo passes over comments in any encoding
     except UnicodeDecodeError as error:
         wrong = f"byte {error.object[error.start]:#x} after {error.start} others, comments aside"
         raise SceneError(
             f"{label}: {file.name} is not UTF-8 ({wrong}), the only encoding MuJoCo reads"
         ) from error
+    if "<!ENTITY" in plain:
+        raise SceneError(f"{label}: {file.name} declares entities, which MuJoCo does not read")
     try:
         root = ET.fromstring(text) if any(tag in text for tag in _MATTER) else None
     except (ET.ParseError, ValueError, LookupError):  # for MuJoCo to tell

@@ -60,6 +60,13 @@ def changed(folder: Path, old: str, new: str) -> Path:
             ["'deep'", "100000 x 100000", "25,000,000"],
         ),
         (
+            "<asset>",
+            '<worldbody><geom type="hfield" hfield="thin"/></worldbody><asset>'
+            '<hfield name="thin" nrow="2" ncol="2" size="1e-12 1 1 1"/>',
+            ["'thin'", "2e-12 m wide", "1e-06 m"],
+        ),
+        ("<mujoco", '<!DOCTYPE mujoco [<!ENTITY a "b">]><mujoco', ["scene.xml", "entities"]),
+        (
             "<!-- more -->",
             '<replicate count="200"><replicate count="51"><geom size="1"/></replicate></replicate>',
             ['count="51"', "10200 copies", "10000"],
