@@ -39,6 +39,7 @@ from hzmp_sim.settings import RunSettings as RunSettings
 from hzmp_sim.simulation import Audit as Audit
 from hzmp_sim.simulation import audit as audit
 from hzmp_sim.simulation import simulate as simulate
+from hzmp_sim.simulation import tracking_tube as tracking_tube
 from hzmp_tracking import Limits as Limits
 from hzmp_tracking import Trajectory as Trajectory
 from hzmp_tracking import stop_trajectory as stop_trajectory
@@ -90,5 +91,6 @@ __all__ = [
     "simulate",
     "stop_trajectory",
     "time_parameterize",
+    "tracking_tube",
     "verify",
 ]

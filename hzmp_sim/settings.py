@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import Annotated
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from hzmp_planners.errors import QueryError
+
+if TYPE_CHECKING:
+    from hzmp_tracking import Limits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,3 +107,8 @@ class RunSettings:
             value = getattr(self, name)
             if not 0.0 <= value < math.inf:
                 raise QueryError(f"{name} must be finite and at least 0, got {value}")
+
+    def limits(self, usual: Limits) -> Limits:
+        """Of the reference: those that are set here, else the usual ones of the body."""
+        names = ("velocity", "acceleration", "jerk")
+        return replace(usual, **{k: v for k in names if (v := getattr(self, k)) is not None})

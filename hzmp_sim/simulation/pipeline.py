@@ -19,7 +19,7 @@ from hzmp_sim.settings import RunSettings
 from hzmp_sim.simulation.actuation import Actuation, actuation_for
 from hzmp_sim.simulation.loop import Flight, fly
 from hzmp_sim.simulation.metrics import collect_metrics
-from hzmp_tracking import Limits, Trajectory, time_parameterize
+from hzmp_tracking import Trajectory, time_parameterize
 
 _DEFAULTS = RunSettings()
 
@@ -75,7 +75,7 @@ def simulate(
     if math.isfinite(path.cost):
         with _timed(timings, "time_parameterize"), busy("Timing the path"):
             trajectory = time_parameterize(
-                path.waypoints, path.cells(space), _limits(scene, actuation, settings)
+                path.waypoints, path.cells(space), settings.limits(actuation.default_limits)
             )
         with _timed(timings, "simulate"), mujoco_warnings() as notes:
             flight = _fly(scene, trajectory, actuation, settings)
@@ -104,16 +104,6 @@ def simulate(
 
         write_run(run, out, video=settings.video, command=command)
     return run
-
-
-def _limits(scene: Scene, actuation: Actuation, settings: RunSettings) -> Limits:
-    """What the body can follow, unless the settings say otherwise."""
-    usual = actuation.default_limits
-    return Limits(
-        velocity=usual.velocity if settings.velocity is None else settings.velocity,
-        acceleration=usual.acceleration if settings.acceleration is None else settings.acceleration,
-        jerk=usual.jerk if settings.jerk is None else settings.jerk,
-    )
 
 
 def _fly(
