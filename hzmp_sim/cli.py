@@ -7,9 +7,8 @@ import os
 import shlex
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated
 
 import cyclopts
 from cyclopts import App, Parameter
@@ -18,17 +17,14 @@ from hzmp_planners.errors import HzmpError, QueryError
 from hzmp_planners.planning import PlanStatus
 from hzmp_sim import __version__
 from hzmp_sim.bench.commands import bench
-from hzmp_sim.scene.body_shape import ShapeChoice
-from hzmp_sim.scene.decomposition.settings import ConvexDecomposition
 from hzmp_sim.settings import RunSettings
-
-if TYPE_CHECKING:
-    from hzmp_sim.scene import Scene
+from hzmp_sim.world_arguments import Switch, World
 
 UNVERIFIED = 1  # a plan whose evidence does not hold: a defect, never an outcome
 BAD_INPUT = 2
 NOT_CLEAR = 5
 INTERRUPTED = 130
+NOT_READ = 141  # as of a process that SIGPIPE ends
 
 app = App(
     name="hzmp-sim",
@@ -38,96 +34,6 @@ app = App(
 )
 
 app.command(bench)
-
-Coordinates = Annotated[tuple[float, ...] | None, Parameter(consume_multiple=True, negative=())]
-Switch = Annotated[bool, Parameter(negative=())]
-
-_DEFAULT_COACD = ConvexDecomposition()
-
-
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class World:
-    """Which world, body and query: the arguments of `load_scene`.
-
-    Attributes:
-        body: point or quadrotor (attached to the world), or the name of a body of the world.
-        start: position of the body's centre, X Y [Z] [m]; default: the site "start".
-        goal: position of the body's centre, X Y [Z] [m]; default: the site "goal".
-        workspace: box that bounds the whole body, lower then upper corner [m].
-        clearance: distance to keep from every obstacle [m]; default 0.05; auto (of a run): a
-            quarter more than the largest tracking error of test flights among no obstacles.
-        tolerance: how much larger than exact an obstacle may be [m].
-        convex_decomposition: cut non-convex meshes into convex pieces; else they are their hulls.
-        coacd: how to cut them.
-        shape: what stands for the body: ball about its centre; hull of a body that keeps its
-            orientation; upright cylinder that holds a free body at any yaw and tilts up to
-            max-tilt; auto: what keeps most free space.
-        max_tilt: tilt that the cylinder holds the body for [rad]; default 0.6.
-        freeze: weld every other jointed body (robots, doors, loose things) to where it stands.
-    """
-
-    body: str | None = None
-    start: Coordinates = None
-    goal: Coordinates = None
-    workspace: Coordinates = None
-    clearance: float | Literal["auto"] | None = None
-    tolerance: float | None = None
-    convex_decomposition: Switch = False
-    coacd: ConvexDecomposition = _DEFAULT_COACD
-    shape: ShapeChoice = "auto"
-    max_tilt: float | None = None
-    freeze: Switch = False
-
-    def load(self, path: str) -> Scene:
-        """The scene; its warnings, and what became of its meshes, are printed to stderr."""
-        scene = self._read(path)
-        for report in scene.pieces:
-            print(f"hzmp-sim: {report.describe()}", file=sys.stderr)
-        for warning in scene.warnings:
-            print(f"hzmp-sim: warning: {warning}", file=sys.stderr)
-        return scene
-
-    def _read(self, path: str) -> Scene:
-        from hzmp_sim.scene import load_scene
-
-        corners: tuple[list[float], list[float]] | None = None
-        if self.workspace is not None:
-            half = len(self.workspace) // 2
-            corners = list(self.workspace[:half]), list(self.workspace[half:])
-        if self.clearance == "auto":
-            raise QueryError("--clearance auto takes test flights: it is for `hzmp-sim run`")
-        if self.coacd != _DEFAULT_COACD and not self.convex_decomposition:
-            raise QueryError("--coacd.* says how to cut meshes: give --convex-decomposition, too")
-        return load_scene(
-            path,
-            self.body,
-            self.start,
-            self.goal,
-            corners,
-            self.clearance,
-            self.tolerance,
-            self.coacd if self.convex_decomposition else False,
-            freeze=self.freeze,
-            shape=self.shape,
-            max_tilt=self.max_tilt,
-        )
-
-    def with_clearance(self, path: str, settings: RunSettings) -> World:
-        """The same with a number for the clearance, measured if it is to be found."""
-        if self.clearance != "auto":
-            return self
-        from hzmp_sim.simulation import clearance_for, tracking_tube
-
-        tube = tracking_tube(replace(self, clearance=0.0)._read(path), settings)
-        clearance = clearance_for(tube)
-        print(
-            f"hzmp-sim: clearance {1e3 * clearance:.0f} mm, for tracking errors of up to "
-            f"{1e3 * tube:.1f} mm in test flights",
-            file=sys.stderr,
-        )
-        return replace(self, clearance=clearance)
-
 
 _DEFAULT_WORLD, _DEFAULT_SETTINGS = World(), RunSettings()
 
@@ -290,16 +196,24 @@ _arguments: list[str] = []
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; exits with the code of the outcome (0, 2, 3, 4, 5; 130 on Ctrl-C)."""
+    """Run the command line; exits with the code of the outcome (0, 2, 3, 4, 5).
+
+    It is 130 on Ctrl-C, and 141 when nobody reads the output.
+    """
     _arguments[:] = sys.argv[1:] if arguments is None else list(arguments)
     os.environ.setdefault("RUST_LOG", _RERUN_LOG)
     try:
         code = app(
             list(_arguments), exit_on_error=False, print_error=False, result_action="return_value"
         )
+        sys.stdout.flush()
     except (HzmpError, cyclopts.CycloptsError) as error:
         print(f"hzmp-sim: error: {' '.join(str(error).split())}", file=sys.stderr)
         code = BAD_INPUT
+    except BrokenPipeError:
+        # Whoever read the output has had enough. Nothing more goes there, not even at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = NOT_READ
     except KeyboardInterrupt:
         print("hzmp-sim: interrupted; no run was written", file=sys.stderr)
         code = INTERRUPTED

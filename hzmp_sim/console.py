@@ -217,7 +217,14 @@ def _widest_radius(scene: Scene, passage: Passage) -> float | None:
     return scene.radius + passage.passes
 
 
-def wide_console() -> Console:
-    """A console on stdout that leaves tables room when they are piped."""
+def wide_console(piped: int = _PIPED_WIDTH) -> Console:
+    """A console on stdout that leaves tables room, so many columns, when they are piped."""
     terminal = Console().is_terminal
-    return Console(highlight=False, width=None if terminal else _PIPED_WIDTH)
+    return _Console(highlight=False, width=None if terminal else piped)
+
+
+class _Console(Console):
+    """It leaves a pipe that nobody reads to `cli.main`, as `print` does."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError

@@ -6,9 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table as RichTable
 from rich.text import Text
+
+from hzmp_sim.console import wide_console
 
 _PIPED_WIDTH = 160  # columns of a table that no terminal sizes
 
@@ -48,8 +49,7 @@ def print_results(tables: Sequence[Table], files: Iterable[Path]) -> None:
 
 def print_tables(tables: Sequence[Table]) -> None:
     """Print tables to stdout, numbers to the right."""
-    terminal = Console().is_terminal
-    console = Console(highlight=False, width=None if terminal else _PIPED_WIDTH)
+    console = wide_console(_PIPED_WIDTH)
     for table in tables:
         console.print(Text(table.title, style="bold"))
         if table.note:

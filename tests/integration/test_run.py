@@ -228,6 +228,21 @@ def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_output_that_nobody_reads_is_no_error() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-m", "hzmp_sim", "inspect", "maze"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    process.stdout = None
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 141
+    assert said == ""
+
+
 def load(tmp_path: Path, world: str, body: str | None = None) -> hz.Scene:
     path = tmp_path / "world.xml"
     path.write_text(world)

@@ -11,6 +11,7 @@ import hzmp_sim as hz
 from hzmp_planners.errors import QueryError
 from hzmp_sim import cli
 from hzmp_sim.simulation import clearance_for
+from hzmp_sim.world_arguments import World
 
 CALM, WINDY = hz.Disturbance(), hz.Disturbance(wind=(3.0, 0.0, 0.0), gust=3.0)
 
@@ -57,4 +58,4 @@ def test_command_line_measures_first(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 def test_other_commands_have_no_flight() -> None:
     with pytest.raises(QueryError, match="hzmp-sim run"):
-        cli.World(clearance="auto").load("maze")
+        World(clearance="auto").load("maze")
