@@ -39,6 +39,7 @@ format: $(VENV)/installed-dev
 bench: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/planner.py
 	$(BIN)/python benchmarks/trajectories.py
+	$(BIN)/python benchmarks/flights.py
 	$(BIN)/python -m benchmarks.sets
 	$(BIN)/python benchmarks/bevels.py
 	$(BIN)/hzmp-sim bench scale

@@ -32,8 +32,8 @@ class World:
         start: position of the body's centre, X Y [Z] [m]; default: the site "start".
         goal: position of the body's centre, X Y [Z] [m]; default: the site "goal".
         workspace: box that bounds the whole body, lower then upper corner [m].
-        clearance: distance to keep from every obstacle [m]; default 0.05; auto (of a run): a
-            quarter more than the largest tracking error of test flights among no obstacles.
+        clearance: distance to keep from every obstacle [m]; default 0.05; auto (of a run):
+            1.5 times the largest tracking error of test flights among no obstacles.
         tolerance: how much larger than exact an obstacle may be [m].
         convex_decomposition: cut non-convex meshes into convex pieces; else they are their hulls.
         coacd: how to cut them.

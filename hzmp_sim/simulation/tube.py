@@ -21,11 +21,11 @@ from hzmp_sim.simulation.actuation import actuation_for
 from hzmp_sim.simulation.loop import fly
 from hzmp_tracking import time_parameterize
 
-_FLIGHTS = 6
-_LEGS = 5
+_FLIGHTS = 10
+_LEGS = 8
 _LONGEST = 4.0  # [m] of a leg on each axis
 _BESIDE = 0.2  # [m] that the cells of a course are wider than its legs
-_MARGIN = 1.25
+_MARGIN = 1.5  # of 1,000 flights in gusts some err by 1.5 times the largest of ten
 _STEP = 1e-3  # clearances are rounded up to whole steps [m]
 
 _DEFAULTS = RunSettings()
@@ -66,7 +66,7 @@ def tracking_tube(scene: Scene, settings: RunSettings = _DEFAULTS) -> float:
 
 
 def clearance_for(tube: float) -> float:
-    """A clearance that covers a tracking tube, with a margin of a quarter [m]."""
+    """A clearance that covers a tracking tube, with half as much again as margin [m]."""
     return _STEP * math.ceil(_MARGIN * tube / _STEP)
 
 

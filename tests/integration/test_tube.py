@@ -26,7 +26,7 @@ def test_clearance_of_the_tube_is_enough(body: str, calm: float, windy: float) -
         tube = hz.tracking_tube(hz.load_scene("enclosure", body=body, clearance=0.0), settings)
         assert 1e-4 < tube < most
         clearance = clearance_for(tube)
-        assert tube < clearance < 1.3 * tube + 1e-3
+        assert 1.5 * tube <= clearance < 1.5 * tube + 1.1e-3
         run = hz.simulate(
             hz.load_scene("enclosure", body=body, clearance=clearance), settings=settings
         )
@@ -50,9 +50,9 @@ def test_command_line_measures_first(tmp_path: Path, capsys: pytest.CaptureFixtu
         cli.main(["run", "maze", "--clearance", "auto", "--no-video", "--out", str(out)])
     assert end.value.code == 0
     said = capsys.readouterr().err
-    assert "clearance 1 mm, for tracking errors of up to 0." in said
+    assert "clearance 2 mm, for tracking errors of up to 0." in said
     metrics = json.loads((out / "metrics.json").read_text())
-    assert metrics["query"]["clearance"] == 1e-3
+    assert metrics["query"]["clearance"] == 2e-3
     assert metrics["tracking_error_max_m"] < 1e-3
 
 
