@@ -7,13 +7,14 @@ import math
 import secrets
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 
+from hzmp_planners._files import written_whole
 from hzmp_planners.errors import HzmpError
 
 METRICS = "metrics.json"
@@ -52,20 +53,16 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     target = Path(path)
     if target.is_dir():
         raise OutputError(f"{path} is a directory; name a file")
-    partial = target.with_name(f".{target.stem}.{secrets.token_hex(4)}.partial{target.suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        partial.touch()
-        yield partial
-        partial.replace(target)
+        with written_whole(target) as partial:
+            partial.touch()
+            yield partial
     except OSError as error:
         reason = error.strerror or error
         raise OutputError(
             f"{path} cannot be written ({reason}); name a file where you may create files"
         ) from error
-    finally:
-        with suppress(OSError):
-            partial.unlink()
 
 
 class RunDirectory:

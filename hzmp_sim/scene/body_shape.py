@@ -10,7 +10,7 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.sets import Polytope
-from hzmp_sim.scene.directions import ball_normals, polygon_normals
+from hzmp_sim.scene.directions import round_normals
 from hzmp_sim.scene.shapes import Box, Shape
 
 ShapeKind = Literal["ball", "hull", "cylinder"]
@@ -53,10 +53,7 @@ class BodyShape:
     @property
     def volume(self) -> float:
         """Of a polytope around it [m^n]: to compare shapes with, not their exact volume."""
-        if self.core.centre.size == 2:
-            normals = polygon_normals(np.eye(2), 1.0, _ROUND)
-        else:
-            normals = ball_normals(1.0, 0.0)
+        normals = round_normals(self.core.centre.size)
         return Polytope.from_halfspaces(normals, self.support(normals)).volume()
 
     def mitre_radius(self, clearance: float) -> float:
@@ -105,7 +102,3 @@ class BodyShape:
             "excess_m": self.excess,
             "max_tilt_rad": self.max_tilt,
         }
-
-
-_ROUND = 0.02
-"""Share of the radius that corners of the polygon around a disc stand out by: it has 16."""

@@ -6,6 +6,9 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats
 
+_ROUND = 0.02
+"""Share of the radius that corners of the polygon around a disc stand out by: it has 16."""
+
 
 def polygon_normals(frame: Floats, radius: float, tolerance: float) -> Floats:
     """Normals of the smallest 4k-gon whose corners stay within `tolerance` of a circle.
@@ -28,6 +31,11 @@ def ball_normals(radius: float, tolerance: float) -> Floats:
     Corners of the tangent polytopes stand out by 0.733, 0.240 and 0.129 of the radius.
     """
     return _cube_directions(corners=0.733 * radius > tolerance, edges=0.240 * radius > tolerance)
+
+
+def round_normals(n: int) -> Floats:
+    """Directions all around in 2-D or 3-D: 16 or 26."""
+    return ball_normals(1.0, 0.0) if n == 3 else polygon_normals(np.eye(2), 1.0, _ROUND)
 
 
 def bevel_normals(radius: float, tolerance: float) -> Floats:

@@ -8,10 +8,9 @@ from dataclasses import replace
 import mujoco
 
 from hzmp_planners.errors import SceneError
+from hzmp_sim.scene.meshes import listed
 from hzmp_sim.scene.mjcf import compile_spec
 from hzmp_sim.scene.sources import Source
-
-_NAMED = 4  # bodies that a warning lists before it only counts
 
 
 def weld_others(source: Source, body: str | None) -> Source:
@@ -45,7 +44,7 @@ def weld_others(source: Source, body: str | None) -> Source:
         model, data = compile_spec(spec, source.path)
     except SceneError as error:
         raise SceneError(f"{error} (after its joints were removed to freeze it)") from error
-    warning = f"frozen where they stand: {_listed(bodies)}"
+    warning = f"frozen where they stand: {listed(bodies)}"
     counts = [f"{kind} ({len(items)})" for kind, items in lost.items() if items]
     if counts:
         warning += f"; left out with their joints: {', '.join(counts)}"
@@ -69,9 +68,3 @@ def _driven(body: mujoco.MjsBody | None) -> set[tuple[int, str]]:
 
 def _tree(body: mujoco.MjsBody) -> list[mujoco.MjsBody]:
     return [body, *(part for child in body.bodies for part in _tree(child))]
-
-
-def _listed(names: Sequence[str]) -> str:
-    """The first of the names, and how many more there are."""
-    more = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")

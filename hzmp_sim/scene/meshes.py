@@ -28,7 +28,7 @@ DENT_SHARE = 1e-3
 surface."""
 
 _LOOKED_AT = 2_000  # faces whose distance to the hull's surface is measured: the largest ones
-_NAMED = 4  # meshes that a warning names
+_NAMED = 4  # meshes or bodies that a warning names
 
 
 @dataclass(frozen=True)

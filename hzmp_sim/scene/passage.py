@@ -21,7 +21,7 @@ import numpy as np
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
 from hzmp_sim.scene.blame import connected
-from hzmp_sim.scene.directions import ball_normals, polygon_normals
+from hzmp_sim.scene.directions import round_normals
 from hzmp_sim.scene.scene import Scene
 
 RESOLUTION = 1e-3
@@ -29,9 +29,6 @@ RESOLUTION = 1e-3
 
 TIME_LIMIT = 10.0
 """No further decomposition is begun after this [s]: the bounds stay where they are."""
-
-_ROUND = 0.02
-"""Share of the radius that corners of the polygon around a disc stand out by: it has 16."""
 
 _Grow = Callable[[Polytope, float], Polytope]
 
@@ -96,8 +93,6 @@ def _facets_out(obstacle: Polytope, extra: float) -> Polytope:
 
 
 def _corners_out(obstacle: Polytope, extra: float) -> Polytope:
-    n = obstacle.A.shape[1]
-    around = ball_normals(1.0, 0.0) if n == 3 else polygon_normals(np.eye(2), 1.0, _ROUND)
-    directions = np.vstack([obstacle.A, around])
+    directions = np.vstack([obstacle.A, round_normals(obstacle.n)])
     corners = obstacle.vertices()[:, None, :] + extra * directions
     return Polytope.from_vertices(corners.reshape(-1, directions.shape[1]))

@@ -13,7 +13,7 @@ from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
-from hzmp_sim.settings import Disturbance
+from hzmp_sim.settings import RunSettings
 from hzmp_sim.simulation.actuation import Actuation
 from hzmp_sim.simulation.contact_audit import ContactAudit
 from hzmp_sim.simulation.disturbance import Sensors, disturbed_model, wind_at_steps
@@ -36,11 +36,7 @@ def fly(
     scene: Scene,
     trajectory: Trajectory,
     actuation: Actuation,
-    *,
-    goal_tolerance: float,
-    settle_time: float,
-    disturbance: Disturbance,
-    seed: int,
+    settings: RunSettings,
     advance: Callable[[float], None],
 ) -> Flight:
     """Track the trajectory in MuJoCo, one control and one audit a physics step.
@@ -52,21 +48,19 @@ def fly(
         scene: the world and the body.
         trajectory: reference of the body's centre, in the scene's dimension.
         actuation: from reference and state to actuator inputs.
-        goal_tolerance: see `RunSettings` [m].
-        settle_time: likewise [s].
-        disturbance: what the controller is not told of.
-        seed: of its random parts.
+        settings: when it has arrived, what disturbs it, and the seed.
         advance: told the simulated time that has passed [s].
 
     Raises:
         SceneError: the world's time step is too short for the flight to be recorded.
     """
+    disturbance = settings.disturbance
     model = disturbed_model(scene.model, actuation.actuators, disturbance)
     data = mujoco.MjData(model)
     data.qpos[:] = scene.initial_qpos
     mujoco.mj_forward(model, data)
     dt = float(model.opt.timestep)
-    steps = int(np.ceil((trajectory.duration + settle_time) / dt)) + 1
+    steps = int(np.ceil((trajectory.duration + settings.settle_time) / dt)) + 1
     if steps > _MOST_STEPS:
         raise SceneError(
             f"option timestep = {dt:g} s needs {steps:.3g} physics steps to fly this, more than "
@@ -76,7 +70,7 @@ def fly(
     reference = _Reference(scene, trajectory, times)
     actuation.trim(data)
     mujoco.mj_forward(model, data)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(settings.seed)
     wind = wind_at_steps(disturbance, steps, dt, rng)
     sensors = Sensors(disturbance, steps, dt, rng)
     audit = ContactAudit(scene, data)
@@ -93,7 +87,7 @@ def fly(
         states[k] = np.concatenate([data.qpos, data.xpos[body], data.xquat[body], data.ctrl])
         rows = k + 1
         over = times[k] >= trajectory.duration
-        if over and k and np.linalg.norm(data.xpos[body] - goal) <= goal_tolerance:
+        if over and k and np.linalg.norm(data.xpos[body] - goal) <= settings.goal_tolerance:
             moved = np.linalg.norm(states[k, model.nq :][:3] - states[k - 1, model.nq :][:3])
             if moved <= _AT_REST * dt:
                 break

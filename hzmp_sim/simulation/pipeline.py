@@ -110,16 +110,7 @@ def _fly(
     scene: Scene, trajectory: Trajectory, actuation: Actuation, settings: RunSettings
 ) -> Flight:
     with progress("Flying", trajectory.duration) as advance:
-        return fly(
-            scene,
-            trajectory,
-            actuation,
-            goal_tolerance=settings.goal_tolerance,
-            settle_time=settings.settle_time,
-            disturbance=settings.disturbance,
-            seed=settings.seed,
-            advance=advance,
-        )
+        return fly(scene, trajectory, actuation, settings, advance)
 
 
 def _speed(flight: Flight | None) -> float | None:

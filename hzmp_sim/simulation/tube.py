@@ -51,16 +51,9 @@ def tracking_tube(scene: Scene, settings: RunSettings = _DEFAULTS) -> float:
     worst = 0.0
     for number in range(_FLIGHTS):
         waypoints, cells = _course(scene, np.random.default_rng([settings.seed, number]))
-        flight = fly(
-            empty,
-            time_parameterize(waypoints, cells, limits),
-            actuation,
-            goal_tolerance=settings.goal_tolerance,
-            settle_time=settings.settle_time,
-            disturbance=settings.disturbance,
-            seed=settings.seed + number,
-            advance=lambda _: None,
-        )
+        trajectory = time_parameterize(waypoints, cells, limits)
+        seeded = replace(settings, seed=settings.seed + number)
+        flight = fly(empty, trajectory, actuation, seeded, lambda _: None)
         worst = max(worst, float(flight.log.tracking_error.max()))
     return worst
 

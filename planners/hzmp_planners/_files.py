@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from os import PathLike
 from pathlib import Path
 
@@ -12,12 +13,13 @@ from pathlib import Path
 def written_whole(path: str | PathLike[str]) -> Iterator[Path]:
     """A file beside `path` to write to; it takes its place at the end, unless an error is raised.
 
-    Nothing is left behind then.
+    Nothing is left behind then. The file is hidden, and has a name of its own with the same suffix.
     """
     target = Path(path)
-    partial = target.with_name(target.name + ".partial")
+    partial = target.with_name(f".{target.stem}.{secrets.token_hex(4)}.partial{target.suffix}")
     try:
         yield partial
         partial.replace(target)
     finally:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()

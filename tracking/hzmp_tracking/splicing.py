@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_tracking.constants import JOIN_TOL
+from hzmp_tracking.cover import shifted
 
 if TYPE_CHECKING:
     from hzmp_tracking.trajectory import Trajectory
@@ -31,7 +31,7 @@ def part_fields(trajectory: Trajectory, start: float, end: float) -> dict[str, A
     first = int(np.searchsorted(times, start, side="right")) - 1
     last = int(np.searchsorted(times, end, side="left"))
     coefficients = trajectory.coefficients[first:last].copy()
-    coefficients[0] = _later(coefficients[0], start - float(times[first]))
+    coefficients[0] = shifted(coefficients[0], start - float(times[first]))
     owners = trajectory.piece_cells[first:last]
     low, high = int(owners.min()), int(owners.max()) + 1
     ends = trajectory.sample([start, end]).position
@@ -81,7 +81,7 @@ def _check_joint(number: int, one: Trajectory, two: Trajectory) -> None:
     if not np.array_equal(limits, np.array(two.limits.per_axis(two.n))):
         raise QueryError(f"parts {number} and {number + 1} have different limits")
     scale = np.full(one.n, max(1.0, float(np.abs(one.waypoints).max())))
-    end = _later(one.coefficients[-1], float(one.durations[-1]))
+    end = shifted(one.coefficients[-1], float(one.durations[-1]))
     jumps = np.abs(two.coefficients[0] - end)[:3] * [[1.0], [1.0], [2.0]]
     sizes = np.array([scale, limits[0], limits[1]])
     for name, jump, size in zip(
@@ -92,16 +92,3 @@ def _check_joint(number: int, one: Trajectory, two: Trajectory) -> None:
                 f"part {number + 1} does not go on as part {number} ends: its {name} is off by "
                 f"{float(jump.max()):.3g}"
             )
-
-
-def _later(coefficients: Floats, h: float) -> Floats:
-    """Ascending powers (4, n) of the same cubic with its time counted from h [s]."""
-    c0, c1, c2, c3 = coefficients
-    return np.array(
-        [
-            c0 + h * (c1 + h * (c2 + h * c3)),
-            c1 + h * (2.0 * c2 + 3.0 * h * c3),
-            c2 + 3.0 * h * c3,
-            c3,
-        ]
-    )
