@@ -19,8 +19,8 @@ class Disturbance:
     """What the controller is not told of; random parts follow the seed of the run.
 
     Attributes:
-        wind: mean velocity of the air in the world [m/s]; it drags on the body by MuJoCo's own
-            fluid model, in air at sea level unless the world has a medium.
+        wind: mean velocity of the air [m/s], on top of that of the world's own option; it drags on
+            the body by MuJoCo's own fluid model, in air at sea level unless the world has a medium.
         gust: largest size of what comes and goes on top of the wind [m/s].
         thrust_loss: share of its force that every actuator of the body lacks.
         position_noise: standard deviation of the measured position on each axis [m].

@@ -34,7 +34,7 @@ def disturbed_model(
 def wind_at_steps(
     disturbance: Disturbance, steps: int, dt: float, rng: np.random.Generator
 ) -> Floats:
-    """Velocity of the air at each physics step, shape (steps, 3) [m/s].
+    """Velocity of the air at each physics step beside the world's, shape (steps, 3) [m/s].
 
     Gusts are a first-order Gauss-Markov process on each axis, cut off at their largest size.
     """

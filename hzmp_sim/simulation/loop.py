@@ -71,7 +71,7 @@ def fly(
     actuation.trim(data)
     mujoco.mj_forward(model, data)
     rng = np.random.default_rng(settings.seed)
-    wind = wind_at_steps(disturbance, steps, dt, rng)
+    wind = model.opt.wind + wind_at_steps(disturbance, steps, dt, rng)
     sensors = Sensors(disturbance, steps, dt, rng)
     audit = ContactAudit(scene, data)
     body = int(model.body(scene.body).id)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,6 +48,22 @@ def test_wind_pushes_the_way_it_blows() -> None:
     assert off[1] > 2.0 * abs(off[0])
     assert "wind of 0 4 0 m/s" in run.metrics["disturbed_by"]
     assert run.metrics["disturbance"]["wind"] == (0.0, 4.0, 0.0)
+
+
+def test_wind_of_the_world_blows_all_the_same_and_is_known(tmp_path: Path) -> None:
+    file = tmp_path / "scene.xml"
+    pushes = []
+    for option in ("", '<option density="1.2" viscosity="1.8e-5" wind="0 4 0"/>'):
+        file.write_text(f"""<mujoco>{option}
+          <custom><numeric name="workspace" data="-2 -2 0  2 2 2"/></custom>
+          <worldbody><site name="start" pos="-1 0 1"/><site name="goal" pos="1 0 1"/></worldbody>
+        </mujoco>""")
+        run = hz.simulate(hz.load_scene(file, body="point"))
+        assert run.log is not None
+        assert np.abs((run.log.position - run.log.reference)[:, 1]).max() < 1e-6
+        pushes.append(float(run.log.control[-1, 1]))
+    assert pushes[0] == pytest.approx(0.0, abs=1e-6)
+    assert pushes[1] < -0.1  # against the wind, as the loads of the body at rest say
 
 
 def test_the_same_seed_is_the_same_flight_and_the_scene_stays_calm() -> None:
