@@ -9,6 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from geom_samples import OCTAHEDRON, SOLIDS
 from scipy.spatial.transform import Rotation
 
 from hzmp_planners._arrays import Bools, Floats
@@ -29,21 +30,16 @@ _L_FACES = "0 2 1 0 3 2 0 4 3 0 5 4 6 7 8 6 8 9 6 9 10 6 10 11 " + " ".join(
     f"{i} {j} {j + 6} {i} {j + 6} {i + 6}" for i, j in [(k, (k + 1) % 6) for k in range(6)]
 )
 ASSETS = f"""
-  <mesh name="octahedron" vertex="1 0 0  -1 0 0  0 0.6 0  0 -0.6 0  0 0 0.4  0 0 -0.4"/>
+  <mesh name="octahedron" vertex="{OCTAHEDRON}"/>
   <mesh name="mirrored" scale="1.3 -0.6 0.5" vertex="0 0 0  1 0 0  0 1 0  0 0 1  0.8 0.9 0.7"/>
   <mesh name="ball" vertex="{" ".join(f"{x:.9g}" for x in _BALL.ravel())}"/>
   <mesh name="angle" vertex="{_L_FOOT.format(z=-0.3) + _L_FOOT.format(z=0.3)}" face="{_L_FACES}"/>
   <hfield name="terrain" nrow="5" ncol="6" size="1.2 1 0.6 0.2"
           elevation="{" ".join(f"{z:.6g}" for z in _TERRAIN.ravel())}"/>"""
 GEOMS = {
+    **SOLIDS,
     "plane": 'type="plane" size="1 1 0.1"',
     "hfield": 'type="hfield" hfield="terrain"',
-    "sphere": 'type="sphere" size="0.6"',
-    "capsule": 'type="capsule" size="0.3 0.7"',
-    "ellipsoid": 'type="ellipsoid" size="0.2 0.5 0.9"',
-    "cylinder": 'type="cylinder" size="0.6 0.3"',
-    "box": 'type="box" size="0.5 0.3 0.8"',
-    "mesh": 'type="mesh" mesh="octahedron"',
     "rough mesh": 'type="mesh" mesh="ball"',
     "scaled and mirrored mesh": 'type="mesh" mesh="mirrored"',
     "non-convex mesh as its hull": 'type="mesh" mesh="angle"',

@@ -13,9 +13,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from command_line import exit_code
 
 import hzmp_sim as hz
-from hzmp_sim.cli import main
 from hzmp_sim.output.artifacts import to_json
 from hzmp_sim.output.parquet import write_log
 
@@ -41,11 +41,9 @@ def run_dir(flown: hz.Run, tmp_path: Path) -> Path:
 def audit_command(
     directory: Path, capsys: pytest.CaptureFixture[str], *more: str
 ) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as ended:
-        main(["audit", str(directory), *more])
+    code = exit_code("audit", str(directory), *more)
     said = capsys.readouterr()
-    assert isinstance(ended.value.code, int)
-    return ended.value.code, said.out, said.err
+    return code, said.out, said.err
 
 
 def brute_force(scene: hz.Scene, qpos: Any, other: int) -> float:

@@ -6,9 +6,9 @@ import json
 from pathlib import Path
 
 import pytest
+from command_line import exit_code
 
 import hzmp_sim as hz
-from hzmp_sim.cli import main
 
 SLOT = """<mujoco model="slot">
   <custom><numeric name="workspace" data="-2 -1 -1 2 1 2"/></custom>
@@ -35,18 +35,11 @@ def slot(tmp_path: Path) -> Path:
     return file
 
 
-def command(*words: str) -> int:
-    with pytest.raises(SystemExit) as ended:
-        main(words)
-    assert isinstance(ended.value.code, int)
-    return ended.value.code
-
-
 def test_flat_body_flies_through_a_low_slot(
     slot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = str(tmp_path / "run")
-    assert command("run", str(slot), "--no-video", "--out", out) == 0
+    assert exit_code("run", str(slot), "--no-video", "--out", out) == 0
     metrics = json.loads((tmp_path / "run" / "metrics.json").read_text())
     assert (metrics["status"], metrics["collision_steps"]) == ("goal_reached", 0)
     assert metrics["min_clearance_m"] >= 0.04
@@ -56,24 +49,24 @@ def test_flat_body_flies_through_a_low_slot(
     assert "its convex hull as it stands, 0.6 x 0.6 x 0.06 m" in (
         tmp_path / "run" / "report.html"
     ).read_text(encoding="utf-8")
-    assert command("audit", out) == 0  # read again as it was flown
+    assert exit_code("audit", out) == 0  # read again as it was flown
     capsys.readouterr()
 
 
 def test_same_way_is_proved_closed_for_the_ball(
     slot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert command("plan", str(slot), "--shape", "ball", "--json") == 3
+    assert exit_code("plan", str(slot), "--shape", "ball", "--json") == 3
     found = json.loads(capsys.readouterr().out)
     assert (found["status"], found["verified"]) == ("infeasible", True)
 
 
 def test_inspect_states_the_shape(slot: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert command("inspect", str(slot)) == 0
+    assert exit_code("inspect", str(slot)) == 0
     text = capsys.readouterr().out
     assert "shape     its convex hull as it stands, 0.6 x 0.6 x 0.06 m" in text
     assert "mm larger all around" in text
-    assert command("inspect", str(slot), "--json") == 0
+    assert exit_code("inspect", str(slot), "--json") == 0
     found = json.loads(capsys.readouterr().out)
     assert found["shape"]["kind"] == "hull"
     assert found["widest_body"]["radius_m"] is None
@@ -95,9 +88,9 @@ def test_quadrotor_that_tilts_beyond_its_cylinder_is_told_of() -> None:
 def test_shape_for_another_body_is_one_clear_line(
     slot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert command("plan", str(slot), "--shape", "cylinder") == 2
+    assert exit_code("plan", str(slot), "--shape", "cylinder") == 2
     said = capsys.readouterr().err
     assert len(said.splitlines()) == 1
     assert "it keeps its orientation; auto, ball, hull do" in said
-    assert command("plan", str(slot), "--shape", "egg") == 2
+    assert exit_code("plan", str(slot), "--shape", "egg") == 2
     assert len(capsys.readouterr().err.splitlines()) == 1

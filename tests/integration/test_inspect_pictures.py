@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import exit_code
 from matplotlib.image import imread
 from rerun.chunk import RrdReader
 
-from hzmp_sim.cli import main
 from hzmp_sim.output.leaf_figure import write_leaf_picture
 from hzmp_sim.output.recorded_space import EXPLODE_PERCENT, write_space
 from hzmp_sim.scene import load_scene
@@ -18,11 +18,9 @@ from recordings import recorded, verify_recording
 
 
 def command(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as stop:
-        main(["inspect", *words])
+    code = exit_code("inspect", *words)
     said = capsys.readouterr()
-    assert isinstance(stop.value.code, int)
-    return stop.value.code, said.out, said.err
+    return code, said.out, said.err
 
 
 def test_picture_and_recording_are_written_and_named(

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import exit_code
 from trimesh.creation import extrude_triangulation
 
 import hzmp_sim as hz
-from hzmp_sim.cli import main
 
 # Across the workspace, from wall to wall and floor to ceiling; a doorway 1 m wide and 1.4 m high.
 WALL = np.array([(-2.5, 0), (-0.5, 0), (-0.5, 1.4), (0.5, 1.4), (0.5, 0), (2.5, 0), (2.5, 2),
@@ -45,16 +45,8 @@ def wall(tmp_path: Path) -> Path:
     return file
 
 
-def command(*arguments: str) -> int:
-    """Exit code of the command line, run in this process."""
-    with pytest.raises(SystemExit) as ended:
-        main(arguments)
-    assert isinstance(ended.value.code, int)
-    return ended.value.code
-
-
 def test_goal_in_a_room_is_refused_with_the_reason(capsys: pytest.CaptureFixture[str]) -> None:
-    assert command("run", "mesh_room", "--body", "quadrotor") == 2
+    assert exit_code("run", "mesh_room", "--body", "quadrotor") == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "goal (0.8, 0.5, 0.9)" in line
     assert "mesh 'room' is treated as its convex hull, as MuJoCo does" in line
@@ -65,7 +57,7 @@ def test_wall_is_proved_to_block_with_the_reason(
     wall: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     reason = "mesh 'wall' (hull 2 m^3, mesh 1.72 m^3) is treated as its convex hull"
-    assert command("plan", str(wall), "--json") == 3
+    assert exit_code("plan", str(wall), "--json") == 3
     plan = json.loads(capsys.readouterr().out)
     assert plan["verified"]
     assert reason in plan["blocked_by"]
@@ -115,17 +107,17 @@ def test_room_is_flown_into(tmp_path: Path) -> None:
 def test_inspect_lists_meshes_pieces_and_the_widest_body(
     wall: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert command("inspect", str(wall), "--json") == 0
+    assert exit_code("inspect", str(wall), "--json") == 0
     whole = json.loads(capsys.readouterr().out)
     assert (whole["meshes"][0]["name"], whole["meshes"][0]["convex"]) == ("wall", False)
     assert any("mesh 'wall' (hull 2 m^3, mesh 1.72 m^3)" in text for text in whole["warnings"])
     assert whole["widest_body"]["radius_m"] is None
-    assert command("inspect", str(wall), "--json", "--convex-decomposition") == 0
+    assert exit_code("inspect", str(wall), "--json", "--convex-decomposition") == 0
     cut = json.loads(capsys.readouterr().out)
     assert cut["decomposed_meshes"][0]["mesh"]["name"] == "wall"
     # The doorway is 1 m wide, with 0.05 m of clearance on both sides; pieces grow by a millimetre.
     assert 0.447 <= cut["widest_body"]["radius_m"] <= 0.45
-    assert command("inspect", str(wall)) == 0
+    assert exit_code("inspect", str(wall)) == 0
     out = capsys.readouterr().out
     assert "error [mm]" in out
     assert "start and goal are not connected for this body" in out

@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
+from command_line import exit_code
 
 import hzmp_sim as hz
 from hzmp_planners.errors import QueryError
-from hzmp_sim import cli
 from hzmp_sim.simulation import clearance_for
 from hzmp_sim.world_arguments import World
 
@@ -46,9 +46,7 @@ def test_harder_limits_make_a_wider_tube_and_the_seed_decides() -> None:
 
 def test_command_line_measures_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "run"
-    with pytest.raises(SystemExit) as end:
-        cli.main(["run", "maze", "--clearance", "auto", "--no-video", "--out", str(out)])
-    assert end.value.code == 0
+    assert exit_code("run", "maze", "--clearance", "auto", "--no-video", "--out", str(out)) == 0
     said = capsys.readouterr().err
     assert "clearance 2 mm, for tracking errors of up to 0." in said
     metrics = json.loads((out / "metrics.json").read_text())

@@ -6,6 +6,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from geom_samples import OCTAHEDRON, SOLIDS
 from scipy.spatial.transform import Rotation
 
 from hzmp_planners._arrays import Bools, Floats
@@ -14,14 +15,8 @@ from hzmp_sim.scene import Scene, load_scene
 from hzmp_sim.simulation.parts import PairDistances
 
 POSITIONS = 10_000
-OCTAHEDRON = "1 0 0  -1 0 0  0 0.6 0  0 -0.6 0  0 0 0.4  0 0 -0.4"
 GEOMS = {
-    "box": 'type="box" size="0.5 0.3 0.8"',
-    "sphere": 'type="sphere" size="0.6"',
-    "capsule": 'type="capsule" size="0.3 0.7"',
-    "cylinder": 'type="cylinder" size="0.6 0.3"',
-    "ellipsoid": 'type="ellipsoid" size="0.2 0.5 0.9"',
-    "mesh": 'type="mesh" mesh="octahedron"',
+    **SOLIDS,
     "hill": 'type="sphere" size="40"',
     "slab": 'type="box" size="60 60 0.2"',
     "plane": 'type="plane" size="1 1 0.1"',

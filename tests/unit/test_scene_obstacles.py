@@ -5,19 +5,14 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from geom_samples import OCTAHEDRON, SOLIDS
 from scipy.spatial.transform import Rotation
 
 from hzmp_planners._arrays import Floats
 from hzmp_sim.scene import Scene, load_scene
 
-OCTAHEDRON = "1 0 0  -1 0 0  0 0.6 0  0 -0.6 0  0 0 0.4  0 0 -0.4"
 GEOMS = {
-    "box": 'type="box" size="0.5 0.3 0.8"',
-    "sphere": 'type="sphere" size="0.6"',
-    "capsule": 'type="capsule" size="0.3 0.7"',
-    "cylinder": 'type="cylinder" size="0.6 0.3"',
-    "ellipsoid": 'type="ellipsoid" size="0.2 0.5 0.9"',
-    "mesh": 'type="mesh" mesh="octahedron"',
+    **SOLIDS,
     "rough mesh": 'type="mesh" mesh="ball"',
     "hill": 'type="sphere" size="40"',
     "plane": 'type="plane" size="1 1 0.1"',
