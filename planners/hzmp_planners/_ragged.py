@@ -46,6 +46,15 @@ def distinct(keys: Ints) -> Ints:
     return keys[runs_of(keys)[:-1]]
 
 
+def order_by(group: Ints, count: int) -> Ints:
+    """The stable order of entries by their group, a number below `count`.
+
+    numpy sorts numbers of 16 bits by radix, several times as fast as longer ones.
+    """
+    short = group.astype(np.uint16) if count <= 1 << 16 else group
+    return short.argsort(kind="stable")
+
+
 def reduced(ufunc: np.ufunc, values: Floats, starts: Ints) -> Floats:
     """The ufunc over each list; every list must have an entry."""
     return np.asarray(ufunc.reduceat(values, starts[:-1])) if len(starts) > 1 else values[:0]
