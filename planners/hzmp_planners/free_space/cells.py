@@ -46,7 +46,7 @@ class Cells(ABC):
         """The cell of each facet."""
         return owners_of(self.facet_starts)
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[Floats, Floats]:
         """Lowest and highest coordinates of each cell, shape (m, n) each [m]."""
         low = reduced(np.minimum, self.vertices, self.vertex_starts)
