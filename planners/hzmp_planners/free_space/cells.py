@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -63,6 +63,10 @@ class Cells(ABC):
     @abstractmethod
     def relabelled(self, facets: Ints) -> Self:
         """The same cells with other labels."""
+
+    def moved(self, vertices: Floats) -> Self:
+        """The same cells with their vertices elsewhere."""
+        return replace(self, vertices=vertices)
 
     @abstractmethod
     def joined(self, others: Sequence[Cells]) -> Self:

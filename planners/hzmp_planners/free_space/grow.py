@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._ragged import counts_of, distinct, reduced, runs_of, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.boxes import box_cell
+from hzmp_planners.free_space.boxes import along_axes, box_cell
 from hzmp_planners.free_space.cells import UNNAMED, Cells, clip
 from hzmp_planners.sets import Polytope
 
@@ -89,8 +89,8 @@ class _Growth:
         along, spread = A @ middle.T, np.abs(A) @ half.T
         self._low, self._high = along - spread, along + spread
         """Least and greatest height of each box along each normal, shape (m, obstacles) [m]."""
-        self._level = _level(A)
-        level = _level(table.normals)[self._blocks.codes >> 1]
+        self._level = along_axes(A)
+        level = along_axes(table.normals)[self._blocks.codes >> 1]
         self._is_box = reduced(np.logical_and, level, self._blocks.starts).astype(np.bool_)
         self._behind = self._low >= (b - tol)[:, None]
         self._cut = ~self._level[:, None] & (self._high > (b + tol)[:, None])
@@ -155,11 +155,6 @@ class _Growth:
             lowest = np.minimum.reduceat(heights, common.vertex_starts[:-1])
             np.minimum.at(reach, origin[part], lowest)
         return reach
-
-
-def _level(normals: Floats) -> Bools:
-    """Which unit normals are along an axis."""
-    return np.asarray(np.abs(normals).max(axis=1) == 1.0)
 
 
 def _ordered_halfspaces(
