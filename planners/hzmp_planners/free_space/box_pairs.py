@@ -56,8 +56,8 @@ def common_boxes(
     cut = ends < walls - tol
     sides = np.where(cut, ends, walls)
     low, high = -sides[:, n:], sides[:, :n]
-    met = ((ends[:, :n] + walls[:, n:] > tol) & (ends[:, n:] + walls[:, :n] > tol)).all(axis=1)
-    kept = met.nonzero()[0]
+    met = (ends[:, :n] + walls[:, n:] > tol) & (ends[:, n:] + walls[:, :n] > tol)
+    kept = np.asarray(met.all(axis=1)).nonzero()[0]
     labels = np.where(cut, other, own)[kept]
     # A unit box whose facets are labelled with the numbers of its sides.
     unit = box_cell(np.zeros(n), np.ones(n), np.arange(2 * n), len(kept))

@@ -30,7 +30,7 @@ def are_rectangles(polygons: Polygons, dropped: Ints, tol: float) -> Bools:
     found = counts_of(polygons.vertex_starts) == 4
     found &= high[rows, dropped] - low[rows, dropped] <= tol
     found[owner[~at_end.all(axis=1)]] = False
-    return found
+    return np.asarray(found)
 
 
 def common_rectangles(polygons: Polygons, one: Ints, two: Ints, dropped: Ints) -> Floats:
