@@ -210,7 +210,7 @@ def _blocks(
 def _partition(
     cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
 ) -> Partition:
-    return partition(cells, *_common(cells, cell, block, blocks, table, tol), table, tol)
+    return partition(cells, *blocks.common(cells, cell, block, table, tol), table, tol)
 
 
 def _common(
