@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -144,3 +145,20 @@ def test_cells_of_the_first_segments_are_the_first_cells(n: int) -> None:
             assert np.array_equal(one.b, two.b)
     with pytest.raises(QueryError, match="count"):
         found.cells(space, count=-1)
+
+
+def test_a_first_path_passes_no_forbidden_segment() -> None:
+    space, start, goal = around_a_block(2)
+    free = Planner(space, start, goal).first_path()
+    below = free.waypoints[:, 1].min() < 1.0 + 1e-9
+
+    def on_that_side(p: Floats, q: Floats) -> bool:
+        return bool(min(p[1], q[1]) < 1.5 if below else max(p[1], q[1]) > 2.5)
+
+    none = Planner(space, start, goal, veto=on_that_side).first_path()
+    assert none.status is PlanStatus.TIME_LIMIT
+    level = 3.5 if below else 0.5
+    other = np.array([start, [1.0, level], [4.0, level], goal])
+    found = Planner(space, start, goal, veto=on_that_side, warm_start=other).first_path()
+    assert found.cost > free.cost
+    assert not any(on_that_side(p, q) for p, q in pairwise(found.waypoints))
