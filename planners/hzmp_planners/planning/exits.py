@@ -28,13 +28,14 @@ class Exits:
         known = self._known.get(leaf)
         if known is None:
             graph, faces = self._graph, self._graph.faces_at(leaf)
-            beyond = graph.ends.take(faces, axis=0).sum(axis=1) - leaf
+            ends = graph.ends.take(faces, axis=0)
+            beyond = ends[:, 0] + ends[:, 1] - leaf
             corners = graph.corners.take(faces, axis=0)
             rows = np.zeros((10, len(faces)))  # exits without their faces and leaves
             rows[: graph.n] = graph.normals.take(faces, axis=0).T
             rows[3] = graph.offsets.take(faces)
-            rows[4 : 4 + graph.n] = corners.min(axis=1).T
-            rows[7 : 7 + graph.n] = corners.max(axis=1).T
+            rows[4 : 4 + graph.n] = np.minimum.reduce(corners, axis=1).T
+            rows[7 : 7 + graph.n] = np.maximum.reduce(corners, axis=1).T
             columns = faces.tolist(), beyond.tolist(), *rows.tolist()
             known = self._known[leaf] = list(zip(*columns, strict=True))
         return known
