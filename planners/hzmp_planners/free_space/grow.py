@@ -90,8 +90,8 @@ class _Growth:
         self._low, self._high = along - spread, along + spread
         """Least and greatest height of each box along each normal, shape (m, obstacles) [m]."""
         self._level = along_axes(A)
-        level = along_axes(table.normals)[self._blocks.codes >> 1]
-        self._is_box = reduced(np.logical_and, level, self._blocks.starts).astype(np.bool_)
+        level = along_axes(table.normals)[self._blocks.codes >> 1].astype(np.float64)
+        self._is_box = reduced(np.minimum, level, self._blocks.starts) > 0.0
         self._behind = self._low >= (b - tol)[:, None]
         self._cut = ~self._level[:, None] & (self._high > (b + tol)[:, None])
         if len(b):

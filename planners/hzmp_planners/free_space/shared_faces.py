@@ -282,7 +282,9 @@ def update_leaf_graph(
     kept = stays.nonzero()[0]
     width = max(graph.corners.shape[1], fresh.corners.shape[1])
     padded = [
-        corners.take(np.minimum(np.arange(width), corners.shape[1] - 1), axis=1)
+        corners
+        if corners.shape[1] == width
+        else corners.take(np.minimum(np.arange(width), corners.shape[1] - 1), axis=1)
         for corners in (graph.corners[kept], fresh.corners)
     ]
     return LeafGraph(
