@@ -129,17 +129,20 @@ def _roots(scalar: Floats, h: float) -> Floats:
     q = -(c2 + np.copysign(root, c2))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         extrema = np.stack([q / (3.0 * c3), c1 / q], axis=1)
-    extrema = np.sort(np.clip(np.nan_to_num(extrema, nan=0.0), 0.0, h), axis=1)
+    extrema = np.sort(np.fmin(np.fmax(extrema, 0.0), h), axis=1)
     knots = np.hstack([np.zeros((len(c0), 1)), extrema, np.full((len(c0), 1), h)])
     low, high = knots[:, :-1], knots[:, 1:]
 
     def value(s: Floats) -> Floats:
-        return np.asarray(c0[:, None] + s * (c1[:, None] + s * (c2[:, None] + s * c3[:, None])))
+        return c0 + s * (c1 + s * (c2 + s * c3))
 
-    sign = value(low) > 0.0
-    crossing = sign != (value(high) > 0.0)
+    c0, c1, c2, c3 = (c[:, None] for c in (c0, c1, c2, c3))
+    positive = value(knots) > 0.0
+    row, left = np.nonzero(positive[:, :-1] != positive[:, 1:])
+    c0, c1, c2, c3 = scalar[row].T
+    low, high, sign = knots[row, left], knots[row, left + 1], positive[row, left]
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
-        left = (value(middle) > 0.0) == sign
-        low, high = np.where(left, middle, low), np.where(left, high, middle)
-    return np.asarray(low[crossing])
+        before = (value(middle) > 0.0) == sign
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return np.asarray(low)

@@ -33,25 +33,29 @@ from hzmp_tracking.stops import Pieces
 from hzmp_tracking.vias import shared_plane
 
 _STEP = 0.1  # [s] wanted between knots
-_FEWEST, _MOST = 8, 13  # pieces
+_FEWEST, _MOST = 8, 13  # pieces, where cells do not ask for more
 _TOLERANCE = 1e-6  # of the program: its solution is an interior point, and judged exactly
 _MARGIN = 0.5 * INTERIOR_MARGIN
 _END_MARGIN = 1e-7  # [m] where the start or the goal lies on a facet
 _SLACK = 1e-6  # of a limit, above the tolerance
 _SAMPLES = 120
-_LEAST = 1e-3
-_OUTSIDE_COST = 20.0
-_ROUNDS = 4  # programs at most, where a start in motion needs another duration than estimated
+_LEAST = 0.01  # [s] in a cell
+_CLOSE = 2e-3  # [s] between knots
+_OUTSIDE_COST = 500.0
 _MOVING_SHARE = 0.99  # of the limits, for what the change of the second control point costs
 
 
 class _Frame(NamedTuple):
-    """Everything that stays from one program to the next."""
+    """The spline for a duration of 1, and what is given."""
 
     d: Floats
+    """Steps, shape (m,)."""
+    owner: Ints
+    """Cell of each piece, shape (m,), ascending; every cell has one."""
     start: Floats
     """Position, velocity and acceleration, (3, n)."""
-    goal: Floats
+    goal: Floats | None
+    """None: anywhere."""
     resting: bool
     limits: tuple[Floats, Floats, Floats]
 
@@ -62,8 +66,9 @@ def quick_spline(
     limits: Limits,
     velocity: Floats,
     acceleration: Floats,
+    rounds: int = 3,
 ) -> Pieces | None:
-    """A spline from the first to the last point, to rest; None when the program has no solution.
+    """A spline from the first to the last point, to rest; None when none was found.
 
     Args:
         points: polyline whose segment k lies in cell k, shape (K + 1, n) [m].
@@ -71,85 +76,118 @@ def quick_spline(
         limits: bounds on each axis.
         velocity: at the start, shape (n,) [m/s].
         acceleration: at the start, shape (n,) [m/s^2].
+        rounds: programs at most. One is enough unless a cell has no room for the spline at the
+            time at which it was expected there, or a start in motion takes much longer or shorter
+            than expected.
     """
-    bounds = limits.per_axis(points.shape[1])
-    times = segment_times(points, velocity, bounds)
-    duration = float(times.sum())
-    changes = np.cumsum(times)[:-1] / duration
-    steps = _steps(duration, acceleration, bounds)
-    resting = not (velocity.any() or acceleration.any())
-    frame = _Frame(
-        steps / duration, np.array([points[0], velocity, acceleration]), points[-1], resting, bounds
-    )
-    for _ in range(_ROUNDS):
-        solved = _solve(frame, points, cells, changes, duration)
+    times = segment_times(points, velocity, limits.per_axis(points.shape[1]))
+    start = np.array([points[0], velocity, acceleration])
+    return _search(times, cells, start, points[-1], limits, rounds)
+
+
+def quick_stop(
+    start: Floats, cell: Polytope, limits: Limits, expected: float, rounds: int = 3
+) -> Pieces | None:
+    """A spline to rest anywhere in one cell; None when none was found.
+
+    Args:
+        start: position, velocity and acceleration, shape (3, n).
+        cell: holds the position.
+        limits: bounds on each axis.
+        expected: duration [s], roughly.
+        rounds: programs at most.
+    """
+    return _search(np.array([expected]), (cell,), start, None, limits, rounds)
+
+
+def _search(
+    times: Floats,
+    cells: Sequence[Polytope],
+    start: Floats,
+    goal: Floats | None,
+    limits: Limits,
+    rounds: int,
+) -> Pieces | None:
+    """Programs with times in each cell that follow from the one before, until one is kept."""
+    bounds = limits.per_axis(start.shape[1])
+    resting = not start[1:].any()
+    fewest = 1
+    for _ in range(rounds):
+        duration = float(times.sum())
+        d, owner = _knots(times, start[2], bounds, fewest)
+        frame = _Frame(d / duration, owner, start, goal, resting, bounds)
+        solved = _solve(frame, cells, duration)
         if solved is None:
             return None
-        control, duration, outside = solved
-        spline = Spline(control, frame.d * duration)
+        control, found, outside = solved
+        spline = Spline(control, frame.d * found)
         peaks = derivative_maxima(spline.coefficients(), spline.d)
         v, a, j = (float((p / bound).max()) for p, bound in zip(peaks, bounds, strict=True))
         stretch = max(v, float(np.sqrt(a)), float(np.cbrt(j)))
         if resting:
             spline = Spline(control, spline.d * stretch)
         if outside <= _MARGIN and (resting or stretch <= 1.0 + LIMIT_TOL):
-            return _pieces(spline, changes)
+            windows = tuple((max(k - 1, 0), min(k + 2, len(cells))) for k in owner.tolist())
+            return Pieces(spline.coefficients(), spline.d, windows)
+        times = times * (float(spline.d.sum()) / duration)
         if outside > _MARGIN:
-            changes = _changes(spline, cells)
+            times, fewest = _times(spline, cells, times), 2
     return None
 
 
-def _changes(spline: Spline, cells: Sequence[Polytope]) -> Floats:
-    """Times at which the spline changes over to the next cell, as fractions of its duration."""
-    times = np.linspace(0.0, float(spline.d.sum()), _SAMPLES)
+def _knots(
+    times: Floats, acceleration: Floats, limits: tuple[Floats, Floats, Floats], fewest: int
+) -> tuple[Floats, Ints]:
+    """Steps between knots, even in each cell, and the cell of each piece.
+
+    Further knots are where the given accelerations can have ended.
+    """
+    changes = np.cumsum(times)
+    step = min(max(_STEP, changes[-1] / _MOST), changes[-1] / _FEWEST)
+    counts = np.maximum(np.ceil(times / step - 0.5), fewest).astype(np.int64)
+    ends = np.abs(acceleration) / limits[2]
+    steps = np.repeat(times / counts, counts)
+    knots = np.unique(np.concatenate([[0.0], np.cumsum(steps), ends[ends < 0.5 * changes[-1]]]))
+    knots = knots[np.append(True, np.diff(knots) > _CLOSE)]
+    middle = 0.5 * (knots[:-1] + knots[1:])
+    return np.diff(knots), np.searchsorted(changes[:-1], middle)
+
+
+def _times(spline: Spline, cells: Sequence[Polytope], planned: Floats) -> Floats:
+    """Time that the spline spends in each cell, changing over where the next one holds it better.
+
+    Between the changes before and after, next to where it was planned; there if there is none.
+    """
+    duration = float(spline.d.sum())
+    times = np.linspace(0.0, duration, _SAMPLES)
     knots = np.concatenate([[0.0], np.cumsum(spline.d)])
     piece = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, spline.m - 1)
     s = (times - knots[piece])[:, None]
     c0, c1, c2, c3 = spline.coefficients()[piece].transpose(1, 0, 2)
     at = c0 + s * (c1 + s * (c2 + s * c3))
     depth = [(at @ cell.A.T - cell.b).max(axis=1) for cell in cells]
-    changes = np.empty(len(cells) - 1)
-    first = 0
-    for k, (here, there) in enumerate(pairwise(depth)):
-        ahead = here - there  # the next cell holds better where this is positive
-        later = np.flatnonzero(ahead[first + 1 :] > 0.0)
-        i = first + 1 + int(later[0]) if later.size else _SAMPLES - 1
-        before, after = float(ahead[i - 1]), float(ahead[i])
-        share = before / (before - after) if before < 0.0 < after else 0.0
-        changes[k] = (i - 1 + share) / (_SAMPLES - 1)
-        first = i - 1
-    least = _LEAST * np.arange(1, len(cells))  # parts of no length have no cell
-    changes = np.maximum.accumulate(np.clip(changes, least, 1.0 - least[::-1]) - least) + least
-    return np.minimum(changes, 1.0 - least[::-1])
-
-
-def _steps(duration: float, acceleration: Floats, limits: tuple[Floats, Floats, Floats]) -> Floats:
-    """Steps between knots, as even as possible; the first ones end the given accelerations."""
-    ends = np.unique((np.abs(acceleration) / limits[2]).round(6))
-    ends = ends[(ends > 1e-3) & (ends < 0.25 * duration)]
-    first = np.diff(np.concatenate([[0.0], ends]))
-    left = duration - float(first.sum())
-    count = min(max(round(left / _STEP), _FEWEST), _MOST)
-    return np.concatenate([first, np.full(count, left / count)])
-
-
-def _pieces(spline: Spline, changes: Floats) -> Pieces:
-    """The pieces of the spline; each may lie in the cells that it was subdivided for."""
-    knots = np.concatenate([[0.0], np.cumsum(spline.d)]) / float(spline.d.sum())
-    first = np.searchsorted(changes, knots[:-1], side="left")
-    last = np.searchsorted(changes, knots[1:], side="right")
-    windows = tuple(zip(first.tolist(), (last + 1).tolist(), strict=True))
-    return Pieces(spline.coefficients(), spline.d, windows)
+    old = np.concatenate([[0.0], np.cumsum(planned)])
+    changes = old.copy()
+    for k, (here, there) in enumerate(pairwise(depth), start=1):
+        ahead = here - there
+        i = 1 + np.flatnonzero((ahead[:-1] <= 0.0) & (ahead[1:] > 0.0))
+        when = times[i - 1] + times[1] * ahead[i - 1] / (ahead[i - 1] - ahead[i])
+        when = when[(when > changes[k - 1]) & (when < old[k + 1])]
+        if when.size:
+            changes[k] = when[np.argmin(np.abs(when - old[k]))]
+    return np.maximum(np.diff(changes), _LEAST)
 
 
 def _solve(
-    frame: _Frame, points: Floats, cells: Sequence[Polytope], changes: Floats, duration: float
+    frame: _Frame, cells: Sequence[Polytope], duration: float
 ) -> tuple[Floats, float, float] | None:
     """Control points and the least duration within the limits, linearised at `duration`."""
-    m, n = frame.d.size, points.shape[1]
+    m, n = frame.d.size, frame.start.shape[1]
     maps = Spline(np.eye(m + 3), frame.d)  # with the identity, values are the matrices of the maps
-    first = 3
-    count = m - first
+    free = maps.c[:, 3:m]
+    if frame.goal is None:  # the last three are one point: rest
+        free = np.concatenate([free, maps.c[:, m:].sum(axis=1, keepdims=True)], axis=1)
+    count = free.shape[1]
     fixed, by_duration = _fixed(frame, maps, duration)
     rows: list[Floats] = []
     room: list[Floats] = []
@@ -159,7 +197,7 @@ def _solve(
         zip((maps.V.value, maps.A.value, jerk), frame.limits, strict=True), start=1
     ):
         scale = duration**power
-        moves = matrix[:, first:m]
+        moves = matrix @ free
         share = np.full(len(matrix), 1.0 if frame.resting else 1.0 - _SLACK)
         if power > 1 and not frame.resting:
             share[:4] = _MOVING_SHARE
@@ -175,8 +213,8 @@ def _solve(
             rows.append(block.reshape(-1, unknowns) / bound[axis])
             limit = size * bound[axis]
             room += [(limit - at[:, axis]) / bound[axis], (limit + at[:, axis]) / bound[axis]]
-    for normals, offsets, where in _inside(frame, maps, points, cells, changes):
-        _add(rows, room, normals, offsets, where, fixed, by_duration, first)
+    for normals, offsets, where in _inside(frame, maps, cells):
+        _add(rows, room, normals, offsets, where, fixed, by_duration, free)
     least = np.zeros((1, unknowns))
     least[0, -1] = -1.0
     matrix = sparse.csc_array(np.concatenate([*rows, least]))
@@ -188,7 +226,7 @@ def _solve(
         return None
     found = duration + float(solution.x[-2])
     control, _ = _fixed(frame, maps, found)
-    control[first:m] = solution.x[:-2].reshape(n, count).T
+    control += free @ solution.x[:-2].reshape(n, count).T
     return control, found, float(solution.x[-1])
 
 
@@ -204,82 +242,38 @@ def _fixed(frame: _Frame, maps: Spline, T: float) -> tuple[Floats, Floats]:
     control[2] = control[1] + two * T * (v + half * T * a)
     rate[1] = one * v
     rate[2] = rate[1] + two * (v + 2.0 * half * T * a)
-    control[-3:] = frame.goal
+    if frame.goal is not None:
+        control[-3:] = frame.goal
     return control, rate
 
 
 _Group = tuple[Floats, Floats, Floats]
 
 
-def _inside(
-    frame: _Frame, maps: Spline, points: Floats, cells: Sequence[Polytope], changes: Floats
-) -> list[_Group]:
-    """Half-spaces and planes with the Bezier points they hold for: normals, offsets, weights."""
-    where, owner = _subdivided(frame.d, maps, changes)
-    K, n = len(cells), points.shape[1]
+def _inside(frame: _Frame, maps: Spline, cells: Sequence[Polytope]) -> list[_Group]:
+    """Half-spaces with the Bezier points that they hold for: normals, offsets, weights."""
+    K, m = len(cells), frame.d.size
     planes = [shared_plane(a, b) for a, b in pairwise(cells)]
     groups: list[_Group] = []
     for k, cell in enumerate(cells):
-        slack = cell.b - points[[0, -1]] @ cell.A.T
         margin = np.full(cell.b.size, _MARGIN)
-        for end, at in ((0, 0), (1, K - 1)):
-            if k == at:
-                margin = np.minimum(margin, 0.5 * np.maximum(slack[end], _END_MARGIN))
+        for end, at in ((frame.start[0], 0), (frame.goal, K - 1)):
+            if k == at and end is not None:
+                slack = cell.b - cell.A @ end
+                margin = np.minimum(margin, 0.5 * np.maximum(slack, _END_MARGIN))
         offsets = cell.b - margin
-        own = where[owner == k].reshape(-1, where.shape[2])
-        inner = own[np.arange(len(own)) % 4 > 0][:-1]
+        i, j = np.searchsorted(frame.owner, [k, k + 1])
+        # A knot inside the cell lies between two of these points.
+        inner = np.concatenate([maps.left.value[i:j], maps.right.value[i:j]])
         groups.append((cell.A, offsets, inner))
-        for side, at in ((k - 1, 0), (k, -1)):
-            if not 0 <= side < K - 1:
-                continue
-            plane, least = planes[side], offsets
-            if plane is not None:  # the spline passes through the face itself
-                least = np.where(np.abs(cell.A @ plane[:n]) > 1.0 - 1e-9, cell.b, offsets)
-            groups.append((cell.A, least, own[[at]]))
+        for knot, side in ((i, k - 1), (j, k)):
+            if 0 < knot < m:
+                plane, least = planes[side], offsets
+                if plane is not None:  # the spline passes through the face itself
+                    aligned = np.abs(cell.A @ plane[:-1]) > 1.0 - 1e-9
+                    least = np.where(aligned, cell.b, offsets)
+                groups.append((cell.A, least, maps.knots.value[[knot - 1]]))
     return groups
-
-
-def _subdivided(d: Floats, maps: Spline, changes: Floats) -> tuple[Floats, Ints]:
-    """Bezier points between all knots and changes of cells as weights of control points.
-
-    Returns:
-        Shape (parts, 4, m + 3), and the cell of each part.
-    """
-    identity = maps.c
-    knots = np.concatenate([[0.0], np.cumsum(d)])
-    knots[-1] = 1.0
-    inner = maps.knots.value
-    bezier = np.stack(
-        [
-            np.concatenate([identity[:1], inner]),
-            maps.left.value,
-            maps.right.value,
-            np.concatenate([inner, identity[-1:]]),
-        ],
-        axis=1,
-    )
-    times = np.unique(np.concatenate([knots, changes]))
-    middle = 0.5 * (times[:-1] + times[1:])
-    piece = np.searchsorted(knots, middle) - 1
-    s = (times[:-1] - knots[piece]) / d[piece]
-    t = (times[1:] - knots[piece]) / d[piece]
-    corners = (s, s, s), (s, s, t), (s, t, t), (t, t, t)
-    weights = np.stack([_blossom(*corner) for corner in corners], axis=1)
-    return weights @ bezier[piece], np.searchsorted(changes, middle)
-
-
-def _blossom(r: Floats, s: Floats, t: Floats) -> Floats:
-    """Weights of the four Bezier points in the polar form of a cubic, shape (k, 4)."""
-    p, q, u = 1.0 - r, 1.0 - s, 1.0 - t
-    return np.stack(
-        [
-            p * q * u,
-            r * q * u + p * s * u + p * q * t,
-            r * s * u + r * q * t + p * s * t,
-            r * s * t,
-        ],
-        axis=1,
-    )
 
 
 def _add(
@@ -290,10 +284,10 @@ def _add(
     where: Floats,
     fixed: Floats,
     by_duration: Floats,
-    first: int,
+    free: Floats,
 ) -> None:
     """Append a.x <= b (or = b) for every point with every normal."""
-    moves = where[:, first:-3]
+    moves = where @ free
     used = np.abs(moves).max(axis=1) > 1e-12
     moves, where = moves[used], where[used]
     block = moves[:, None, None, :] * normals[None, :, :, None]

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from hzmp_planners._arrays import Floats, as_point, as_points
 from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_planners.sets import Polytope
-from hzmp_tracking.constants import LIMIT_TOL, WAYPOINT_TOL
+from hzmp_tracking.constants import JOIN_TOL, LIMIT_TOL, WAYPOINT_TOL
 from hzmp_tracking.corridor_spline import corridor_spline
-from hzmp_tracking.cover import cover
+from hzmp_tracking.cover import cover, shifted
 from hzmp_tracking.limits import Limits
 from hzmp_tracking.quick_spline import quick_spline
 from hzmp_tracking.stops import Pieces, from_state, polyline, straight
@@ -33,6 +33,7 @@ def time_parameterize(
     start_acceleration: ArrayLike | None = None,
     *,
     quick: bool = False,
+    previous: Trajectory | None = None,
 ) -> Trajectory:
     """Fast trajectory along a corridor of convex cells, proved inside it at every instant.
 
@@ -51,6 +52,9 @@ def time_parameterize(
         quick: for a control loop: a linear program or two (`quick_spline`) instead of dozens, some
             5 ms instead of 100 to 200, and a trajectory that takes a few per cent longer. The via
             points stay where they are.
+        previous: a known way from the start state to the last waypoint, such as the rest of the
+            trajectory that is flown (`Trajectory.part`). It is kept where nothing faster is found
+            and it lies in the cells given; it need not have been made for them.
 
     Returns:
         Trajectory that ends at rest. Its `containment` is the proof.
@@ -63,10 +67,11 @@ def time_parameterize(
     points, chain = _checked(waypoints, cells)
     n = points.shape[1]
     velocity, acceleration = start_state(start_velocity, start_acceleration, limits, n)
+    known = previous and _known(previous, points, limits, velocity, acceleration)
     if quick:
-        best = _quick(points, chain, limits, velocity, acceleration)
+        best = _quick(points, chain, limits, velocity, acceleration, known)
     else:
-        best = _thorough(points, chain, limits, velocity, acceleration)
+        best = _thorough(points, chain, limits, velocity, acceleration, known)
     if best.containment > WAYPOINT_TOL:
         raise QueryError(
             f"start_velocity {velocity.tolist()} cannot be kept inside the cells: the best stop "
@@ -81,10 +86,11 @@ def _thorough(
     limits: Limits,
     velocity: Floats,
     acceleration: Floats,
+    known: Pieces | None,
 ) -> Trajectory:
     """The fastest proved of a spline with free steps and of everything that rests on its way."""
     vias = place_vias(points, chain)
-    candidates = [_splines(vias, chain, limits, velocity, acceleration)]
+    candidates = [_splines(vias, chain, limits, velocity, acceleration), known]
     if velocity.any() or acceleration.any():
         candidates += _moving(vias, limits, velocity, acceleration, chain)
     else:
@@ -98,6 +104,7 @@ def _quick(
     limits: Limits,
     velocity: Floats,
     acceleration: Floats,
+    known: Pieces | None,
 ) -> Trajectory:
     """The first proved of: the fastest motion without cells, a spline of fixed steps, and stops."""
     vias = Vias(points, np.zeros(len(points), dtype=np.bool_))
@@ -111,15 +118,43 @@ def _quick(
     elif len(chain) == 1:
         return _proved(polyline(points, (0, 1), limits), chain, vias, limits)
     spline = quick_spline(points, chain, limits, velocity, acceleration)
-    if spline is not None:
-        trial = _proved(spline, chain, vias, limits)
-        if trial.containment <= 0.0:
-            return trial
+    best = _fastest_proved([spline, known], chain, vias, limits) if spline or known else None
+    if best is not None and best.containment <= 0.0:
+        return best
     if moving:
         candidates = _moving(vias, limits, velocity, acceleration, chain, quick=True)
     else:
         candidates = [polyline(points, range(len(points)), limits)]
     return _fastest_proved(candidates, chain, vias, limits)
+
+
+def _known(
+    previous: Trajectory, points: Floats, limits: Limits, velocity: Floats, acceleration: Floats
+) -> Pieces:
+    """The pieces of a trajectory from the start state to rest at the last waypoint.
+
+    Raises:
+        ShapeError: another dimension.
+        QueryError: it starts or ends elsewhere, or exceeds the limits.
+    """
+    n = points.shape[1]
+    if previous.n != n:
+        raise ShapeError(f"previous has {previous.n} dimensions but the waypoints have {n}")
+    ends = previous.coefficients[0], shifted(previous.coefficients[-1], previous.durations[-1])
+    wanted = (points[0], velocity, acceleration), (points[-1], np.zeros(n), np.zeros(n))
+    size = max(1.0, float(np.abs(points).max()))
+    for name, end, states in zip(("start", "end"), ends, wanted, strict=True):
+        gaps = np.abs(end[:3] * [[1.0], [1.0], [2.0]] - states)
+        scales = (size, *limits.per_axis(n)[:2])
+        if any((gap > JOIN_TOL * s).any() for gap, s in zip(gaps, scales, strict=True)):
+            raise QueryError(
+                f"previous has another {name} than asked for, off by {float(gaps.max()):.3g}"
+            )
+    usage = np.array(previous.peaks) / np.array(limits.per_axis(n))
+    if usage.max() > 1.0 + LIMIT_TOL:
+        raise QueryError(f"previous uses {float(usage.max()):.6g} of a limit; at most 1 is valid")
+    every = ((0, len(points) - 1),) * previous.durations.size
+    return Pieces(previous.coefficients, previous.durations, every)
 
 
 def _splines(
@@ -190,7 +225,7 @@ def _moving(
         if k < K and not reached and _proved(stopping, cells, vias, limits).containment <= 0.0:
             reached = True
             if quick:
-                on = quick_spline(points[k:], cells[k:], limits, rested, rested)
+                on = quick_spline(points[k:], cells[k:], limits, rested, rested, rounds=1)
             else:
                 on = _splines(vias.part(k, K), cells[k:], limits, rested, rested)
             candidates.append(on and Pieces.join([first, on.moved(k)]))
