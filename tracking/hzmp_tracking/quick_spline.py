@@ -1,15 +1,18 @@
 """A good cubic spline in a corridor from a single linear program.
 
-Where `corridor_spline` moves the steps of the spline in many programs, here the steps and the
-times at which it changes cells are fractions of the duration T that a fast estimate gives
-(`pace`). Knots are for the derivatives alone: a piece that changes cells is subdivided there, and
-the Bezier points of each part lie in its cell. With c the control points,
+Where `corridor_spline` moves the steps of the spline in many programs, here they are fixed
+fractions of the duration T, after an estimate of the time in each cell (`pace`). With c the control
+points,
 
     |V(c)| <= v T,    |A(c)| <= a T^2,    |J(c)| <= j T^3,    V, A, J for T = 1,
 
-and the tangents of T^2 and T^3, which lie below them, leave a linear program in c and T whose
-every solution keeps the limits. A start in motion fixes two control points, of which the second
-is quadratic in T; only this is made up for afterwards.
+and the tangents of T^2 and T^3 lie below them: the linear program in c and T that they leave keeps
+the limits wherever it is solved. A start in motion fixes two more control points, the second of
+which is quadratic in T; only this is made up for afterwards. Leaving the cells has a price, so that
+there is always a solution: where it leaves them, the times at which it changes cells are those for
+the next program.
+
+As everywhere, what keeps cells and limits is judged afterwards, exactly.
 """
 
 from __future__ import annotations
@@ -34,15 +37,16 @@ from hzmp_tracking.vias import shared_plane
 
 _STEP = 0.1  # [s] wanted between knots
 _FEWEST, _MOST = 8, 13  # pieces, where cells do not ask for more
-_TOLERANCE = 1e-6  # of the program: its solution is an interior point, and judged exactly
-_MARGIN = 0.5 * INTERIOR_MARGIN
+_STOP_PIECES = 12  # of a stop in one cell
+_TOLERANCE = 1e-6  # of the program: its solution is an interior point
+_MARGIN = 0.5 * INTERIOR_MARGIN  # [m] to the facets; less of it may be lost to the solver
 _END_MARGIN = 1e-7  # [m] where the start or the goal lies on a facet
-_SLACK = 1e-6  # of a limit, above the tolerance
-_SAMPLES = 120
+_OUTSIDE_COST = 500.0  # [s/m] of leaving the cells: above what any detour was seen to cost
+_SLACK = 1e-6  # of a limit, above the tolerance, where time cannot be stretched
+_MOVING_SHARE = 0.99  # of the first limits, for what the change of the second control point costs
+_SAMPLES = 120  # of a spline, to see where it changes cells
 _LEAST = 0.01  # [s] in a cell
-_CLOSE = 2e-3  # [s] between knots
-_OUTSIDE_COST = 500.0
-_MOVING_SHARE = 0.99  # of the limits, for what the change of the second control point costs
+_CLOSE = 2e-3  # [s] between knots: jerk is too sensitive to shorter steps
 
 
 class _Frame(NamedTuple):
@@ -82,7 +86,7 @@ def quick_spline(
     """
     times = segment_times(points, velocity, limits.per_axis(points.shape[1]))
     start = np.array([points[0], velocity, acceleration])
-    return _search(times, cells, start, points[-1], limits, rounds)
+    return _search(times, cells, start, points[-1], limits, 1, rounds)
 
 
 def quick_stop(
@@ -97,7 +101,7 @@ def quick_stop(
         expected: duration [s], roughly.
         rounds: programs at most.
     """
-    return _search(np.array([expected]), (cell,), start, None, limits, rounds)
+    return _search(np.array([expected]), (cell,), start, None, limits, _STOP_PIECES, rounds)
 
 
 def _search(
@@ -106,12 +110,12 @@ def _search(
     start: Floats,
     goal: Floats | None,
     limits: Limits,
+    fewest: int,
     rounds: int,
 ) -> Pieces | None:
     """Programs with times in each cell that follow from the one before, until one is kept."""
     bounds = limits.per_axis(start.shape[1])
     resting = not start[1:].any()
-    fewest = 1
     for _ in range(rounds):
         duration = float(times.sum())
         d, owner = _knots(times, start[2], bounds, fewest)
@@ -131,6 +135,8 @@ def _search(
             return Pieces(spline.coefficients(), spline.d, windows)
         times = times * (float(spline.d.sum()) / duration)
         if outside > _MARGIN:
+            if len(cells) == 1:  # nothing to time again
+                return None
             times, fewest = _times(spline, cells, times), 2
     return None
 
@@ -181,7 +187,10 @@ def _times(spline: Spline, cells: Sequence[Polytope], planned: Floats) -> Floats
 def _solve(
     frame: _Frame, cells: Sequence[Polytope], duration: float
 ) -> tuple[Floats, float, float] | None:
-    """Control points and the least duration within the limits, linearised at `duration`."""
+    """Control points, least duration [s] and excess over the cells [m]; linearised at `duration`.
+
+    Unknowns: free control points axis by axis, the change of the duration, the excess.
+    """
     m, n = frame.d.size, frame.start.shape[1]
     maps = Spline(np.eye(m + 3), frame.d)  # with the identity, values are the matrices of the maps
     free = maps.c[:, 3:m]
@@ -200,7 +209,7 @@ def _solve(
         moves = matrix @ free
         share = np.full(len(matrix), 1.0 if frame.resting else 1.0 - _SLACK)
         if power > 1 and not frame.resting:
-            share[:4] = _MOVING_SHARE
+            share[:4] = _MOVING_SHARE  # those that the second control point enters
         used = np.abs(moves).max(axis=1) > 0.0
         at, rate = matrix[used] @ fixed / scale, matrix[used] @ by_duration / scale
         moves, size = moves[used] / scale, share[used]
@@ -247,14 +256,13 @@ def _fixed(frame: _Frame, maps: Spline, T: float) -> tuple[Floats, Floats]:
     return control, rate
 
 
-_Group = tuple[Floats, Floats, Floats]
-
-
-def _inside(frame: _Frame, maps: Spline, cells: Sequence[Polytope]) -> list[_Group]:
+def _inside(
+    frame: _Frame, maps: Spline, cells: Sequence[Polytope]
+) -> list[tuple[Floats, Floats, Floats]]:
     """Half-spaces with the Bezier points that they hold for: normals, offsets, weights."""
     K, m = len(cells), frame.d.size
     planes = [shared_plane(a, b) for a, b in pairwise(cells)]
-    groups: list[_Group] = []
+    groups: list[tuple[Floats, Floats, Floats]] = []
     for k, cell in enumerate(cells):
         margin = np.full(cell.b.size, _MARGIN)
         for end, at in ((frame.start[0], 0), (frame.goal, K - 1)):

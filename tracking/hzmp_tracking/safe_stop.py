@@ -21,7 +21,7 @@ from hzmp_tracking.stops import Pieces, from_state
 from hzmp_tracking.timing import start_state
 from hzmp_tracking.trajectory import Trajectory
 
-_LONGER = (1.2, 2.0, 3.2)  # times the fastest stop of all
+_LONGER = (1.2, 2.0)  # times the fastest stop of all
 
 
 def stop_trajectory(

@@ -50,8 +50,8 @@ def time_parameterize(
         start_velocity: shape (n,) [m/s]; at rest when None.
         start_acceleration: shape (n,) [m/s^2]; zero when None.
         quick: for a control loop: a linear program or two (`quick_spline`) instead of dozens, some
-            5 ms instead of 100 to 200, and a trajectory that takes a few per cent longer. The via
-            points stay where they are.
+            5 ms instead of 100 to 200, and a trajectory that takes a few per cent longer. The
+            waypoints stay where they are: those of a shortest path give good times.
         previous: a known way from the start state to the last waypoint, such as the rest of the
             trajectory that is flown (`Trajectory.part`). It is kept where nothing faster is found
             and it lies in the cells given; it need not have been made for them.
@@ -117,7 +117,8 @@ def _quick(
             return trial
     elif len(chain) == 1:
         return _proved(polyline(points, (0, 1), limits), chain, vias, limits)
-    spline = quick_spline(points, chain, limits, velocity, acceleration)
+    rounds = 3 if known is None else 2
+    spline = quick_spline(points, chain, limits, velocity, acceleration, rounds)
     best = _fastest_proved([spline, known], chain, vias, limits) if spline or known else None
     if best is not None and best.containment <= 0.0:
         return best
