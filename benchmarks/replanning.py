@@ -59,7 +59,7 @@ def corridors(n: int, count: int, rng: np.random.Generator) -> Iterator[Corridor
             ends = rng.uniform(0.0, SIZE, (2, n))
             if (space.leaf_of(ends) < 0).any():
                 continue
-            plan = hz.plan(space, *ends, time_limit=0.3)
+            plan = hz.plan(space, ends[0], ends[1], time_limit=0.3)
             cells = plan.cells(space) if len(plan.leaves) >= 3 else ()
             if made == count or not cells:
                 continue

@@ -134,7 +134,7 @@ def _roots(scalar: Floats, h: float) -> Floats:
     low, high = knots[:, :-1], knots[:, 1:]
 
     def value(s: Floats) -> Floats:
-        return c0 + s * (c1 + s * (c2 + s * c3))
+        return np.asarray(c0 + s * (c1 + s * (c2 + s * c3)))
 
     c0, c1, c2, c3 = (c[:, None] for c in (c0, c1, c2, c3))
     positive = value(knots) > 0.0

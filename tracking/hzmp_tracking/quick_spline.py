@@ -226,11 +226,11 @@ def _solve(
         _add(rows, room, normals, offsets, where, fixed, by_duration, free)
     least = np.zeros((1, unknowns))
     least[0, -1] = -1.0
-    matrix = sparse.csc_array(np.concatenate([*rows, least]))
+    program = sparse.csc_array(np.concatenate([*rows, least]))
     right = np.concatenate([*room, [0.0]])
     cost = np.zeros(unknowns)
     cost[-2:] = 1.0, _OUTSIDE_COST
-    solution = solve_socp(cost, matrix, right, [("nonnegative", len(right))], tolerance=_TOLERANCE)
+    solution = solve_socp(cost, program, right, [("nonnegative", len(right))], tolerance=_TOLERANCE)
     if not solution.solved:
         return None
     found = duration + float(solution.x[-2])

@@ -67,7 +67,9 @@ def time_parameterize(
     points, chain = _checked(waypoints, cells)
     n = points.shape[1]
     velocity, acceleration = start_state(start_velocity, start_acceleration, limits, n)
-    known = previous and _known(previous, points, limits, velocity, acceleration)
+    known = None
+    if previous is not None:
+        known = _known(previous, points, limits, velocity, acceleration)
     if quick:
         best = _quick(points, chain, limits, velocity, acceleration, known)
     else:
@@ -117,11 +119,16 @@ def _quick(
             return trial
     elif len(chain) == 1:
         return _proved(polyline(points, (0, 1), limits), chain, vias, limits)
-    rounds = 3 if known is None else 2
+    old = None if known is None else _proved(known, chain, vias, limits)
+    safe = [] if old is None or old.containment > 0.0 else [old]
+    # With a way on at hand, one program is all the time that a faster one is worth.
+    rounds = 1 if safe else 3
     spline = quick_spline(points, chain, limits, velocity, acceleration, rounds)
-    best = _fastest_proved([spline, known], chain, vias, limits) if spline or known else None
-    if best is not None and best.containment <= 0.0:
-        return best
+    if spline is not None:
+        new = _proved(spline, chain, vias, limits)
+        safe += [new] if new.containment <= 0.0 else []
+    if safe:
+        return min(safe, key=lambda trajectory: trajectory.duration)
     if moving:
         candidates = _moving(vias, limits, velocity, acceleration, chain, quick=True)
     else:
@@ -145,8 +152,8 @@ def _known(
     wanted = (points[0], velocity, acceleration), (points[-1], np.zeros(n), np.zeros(n))
     size = max(1.0, float(np.abs(points).max()))
     for name, end, states in zip(("start", "end"), ends, wanted, strict=True):
-        gaps = np.abs(end[:3] * [[1.0], [1.0], [2.0]] - states)
-        scales = (size, *limits.per_axis(n)[:2])
+        gaps = np.abs(end[:3] * np.array([[1.0], [1.0], [2.0]]) - np.array(states))
+        scales = [np.array([size]), *limits.per_axis(n)[:2]]
         if any((gap > JOIN_TOL * s).any() for gap, s in zip(gaps, scales, strict=True)):
             raise QueryError(
                 f"previous has another {name} than asked for, off by {float(gaps.max()):.3g}"
