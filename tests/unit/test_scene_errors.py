@@ -81,8 +81,8 @@ def changed(folder: Path, old: str, new: str) -> Path:
         ('pos="-2 0 1"', 'pos="0.1 0 1"', ["start", "inside obstacle wall", "0.2 m"]),
         (
             "<!-- more -->",
-            '<body name="door"><joint axis="0 0 1"/><geom name="leaf" size="0.2"/></body>',
-            ["leaf", "jointed body 'door'"],
+            '<body name="door"><joint/><geom name="leaf" type="sdf" mesh="tent"/></body>',
+            ["leaf is a sdf geom on a body that moves", "valid there are box, sphere"],
         ),
         (
             "<!-- tail -->",

@@ -80,6 +80,7 @@ class MjModel:
     dof_bodyid: _Ints
     dof_damping: _Floats  # (nv,)
     dof_frictionloss: _Floats  # (nv,)
+    dof_jntid: _Ints
     exclude_signature: _Ints
     flex_conaffinity: _Ints
     flex_contype: _Ints
@@ -109,6 +110,11 @@ class MjModel:
     jnt_qposadr: _Ints
     jnt_range: _Floats  # (njnt, 2)
     jnt_type: _Ints
+    key_ctrl: _Floats  # (nkey, nu)
+    key_mpos: _Floats  # (nkey, 3 nmocap)
+    key_mquat: _Floats  # (nkey, 4 nmocap)
+    key_qpos: _Floats  # (nkey, nq)
+    key_time: _Floats  # (nkey,)
     mat_rgba: NDArray[np.float32]  # (nmat, 4)
     mesh_face: _Ints  # (nmeshface, 3)
     mesh_faceadr: _Ints
@@ -126,6 +132,7 @@ class MjModel:
     ngeom: int
     nhfield: int
     njnt: int
+    nkey: int
     nlight: int
     nmesh: int
     nnumeric: int
@@ -149,7 +156,11 @@ class MjModel:
     site_quat: _Floats  # (nsite, 4)
     site_size: _Floats  # (nsite, 3)
     stat: MjStatistic
+    tendon_adr: _Ints
+    tendon_num: _Ints
     vis: MjVisual
+    wrap_objid: _Ints
+    wrap_type: _Ints
     @staticmethod
     def from_xml_path(filename: str) -> MjModel: ...
     @staticmethod
@@ -160,6 +171,7 @@ class MjModel:
     def body(self, key: int | str) -> _Named: ...
     def geom(self, key: int | str) -> _Named: ...
     def joint(self, key: int | str) -> _Named: ...
+    def key(self, key: int | str) -> _Named: ...
     def hfield(self, key: int | str) -> _Named: ...
     def site(self, key: int | str) -> _Named: ...
 
@@ -529,6 +541,8 @@ class mjtMeshInertia(enum.IntEnum):
     mjMESH_INERTIA_SHELL = 3
 
 class mjtObj(enum.IntEnum):
+    mjOBJ_ACTUATOR = 19
+    mjOBJ_JOINT = 3
     mjOBJ_HFIELD = 12
     mjOBJ_BODY = 1
     mjOBJ_SITE = 6
@@ -549,6 +563,7 @@ class mjtTexture(enum.IntEnum):
 class mjtTrn(enum.IntEnum):
     mjTRN_JOINT = 0
     mjTRN_JOINTINPARENT = 1
+    mjTRN_SLIDERCRANK = 2
     mjTRN_SITE = 4
     mjTRN_BODY = 5
 
@@ -558,3 +573,7 @@ class mjtWarning(enum.IntEnum):
     mjWARN_BADQPOS = 3
     mjWARN_BADQVEL = 4
     mjWARN_BADQACC = 5
+
+class mjtWrap(enum.IntEnum):
+    mjWRAP_JOINT = 1
+    mjWRAP_SITE = 3
