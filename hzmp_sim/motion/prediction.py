@@ -136,7 +136,10 @@ class Prediction:
         along, reach = self._along(begin, finish)
         normals = np.concatenate([normals, along], axis=1)
         offsets = np.concatenate([offsets[:, :count], reach], axis=1)
+        # Planes along its way suit what goes straight on, directions all around what turns.
+        turns = ~np.isfinite(reach).any(axis=1)
         kept = self._cutting(normals, offsets)
+        kept[:, :count] &= self._template.own | turns[:, None]
         return [
             Polytope.from_halfspaces(normals[i, kept[i]], offsets[i, kept[i]])
             if offsets[i, 0] > -np.inf
@@ -200,7 +203,7 @@ class Prediction:
             across = np.cross(frame, unit[:, None, :])
         size = np.linalg.norm(across, axis=2, keepdims=True)
         idle = (size < _CHORDS) | (length[:, None] < _SHORT)
-        # What has no direction repeats a plane of the box: it cuts nothing off.
+        # What has no direction repeats a plane of the box, infinitely far out: it cuts nothing off.
         across = np.where(idle, frame[:, : across.shape[1]], across / np.maximum(size, 1e-9))
         normals = np.concatenate([across, -across], axis=1)
         world = np.zeros((*normals.shape[:2], 3))
@@ -208,6 +211,7 @@ class Prediction:
         reach = self._gather(
             lambda source, rows: source.across(start[rows], end[rows], world[rows])
         )
+        reach[np.concatenate([idle, idle], axis=1)[:, :, 0]] = np.inf
         return normals, reach + growth(self._scene, normals)
 
     def _cutting(self, normals: Floats, offsets: Floats) -> Bools:

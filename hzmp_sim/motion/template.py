@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
+from hzmp_planners._arrays import Bools, Floats
 from hzmp_sim.scene.constants import MIN_GROWTH, TOUCH_TOL
 from hzmp_sim.scene.directions import polygon_normals, round_normals
 from hzmp_sim.scene.grown import least_over_box
@@ -29,6 +29,9 @@ class Template:
 
     normals: Floats
     """In the space of the body's centre, shape (m, F, n)."""
+    own: Bools
+    """Which are the box's or those of a side of the geom; the others are directions all around, for
+    what turns, (m, F)."""
     lifted: Floats
     """Directions in the world, shape (m, T, P, 3), P = F in 3-D and F + 2 for a planar body: the
     least of the T bounds from its directions counts for a plane, T = 1 in 3-D."""
@@ -45,10 +48,12 @@ class Template:
         """Directions that suit the geoms as they stand with `axes` (m, 3, 3) as columns."""
         n = scene.n
         found = [_directions(item, turn, n) for item, turn in zip(scene.moving, axes, strict=True)]
-        most = max((len(normals) for normals in found), default=2 * n)
+        most = max((len(normals) for normals, _ in found), default=2 * n)
         # Geoms of fewer directions repeat one: arrays of one shape are what makes this fast.
-        padded = [np.vstack([d, np.repeat(d[:1], most - len(d), axis=0)]) for d in found]
+        padded = [np.vstack([d, np.repeat(d[:1], most - len(d), axis=0)]) for d, _ in found]
         normals = np.array(padded).reshape(len(found), most, n)
+        sides = np.array([count for _, count in found])
+        own = np.arange(most) < sides[:, None]
         lifted, offsets = _lifted(normals, scene)
         grow, least = growth(scene, normals), least_over_box(normals, *scene.bounds)
         if scene.heights is not None:
@@ -57,7 +62,7 @@ class Template:
             margins = np.array([item.margin for item in scene.moving])[:, None]
             grow = np.hstack([grow, np.repeat(margins, 2, axis=1)])
             least = np.hstack([least, np.broadcast_to(ends, (len(found), 2))])
-        return cls(normals, lifted, offsets, grow, least)
+        return cls(normals, own, lifted, offsets, grow, least)
 
 
 def growth(scene: Scene, normals: Floats) -> Floats:
@@ -73,8 +78,11 @@ def growth(scene: Scene, normals: Floats) -> Floats:
     return np.asarray(core + ball[:, None])
 
 
-def _directions(item: MovingGeom, axes: Floats, n: int) -> Floats:
-    """Normals (F, n): a box's, those of the geom's own sides, and directions all around."""
+def _directions(item: MovingGeom, axes: Floats, n: int) -> tuple[Floats, int]:
+    """Normals (F, n): a box's and those of the geom's own sides, how many these are, and others.
+
+    The others are directions all around.
+    """
     sides = item.normals @ axes.T
     if n == 2:
         flat = sides[np.linalg.norm(sides[:, :2], axis=1) > 0.5, :2]
@@ -85,8 +93,8 @@ def _directions(item: MovingGeom, axes: Floats, n: int) -> Floats:
     around = polygon_normals(np.eye(2), 1.0, 0.08) if n == 2 else round_normals(3)
     box = np.stack([frame, -frame], axis=1).reshape(2 * n, n)
     normals = np.vstack([box, sides, around @ frame])
-    alike = np.tril(normals @ normals.T, -1) > _ALIKE
-    return np.asarray(normals[~alike.any(axis=1)])
+    new = ~(np.tril(normals @ normals.T, -1) > _ALIKE).any(axis=1)
+    return normals[new], int(new[: 2 * n + len(sides)].sum())
 
 
 def _frame(sides: Floats, n: int) -> Floats:
