@@ -22,6 +22,8 @@ from hzmp_sim.scene.scene import Scene
 
 _CHORDS = 0.05  # a plane along the way is left out when its normal is so near one of the box (sine)
 _Ask = Callable[[Source, list[int]], Floats]
+_MOST_CUTS = {2: 4, 3: 6}
+"""Planes of a hull beyond those of its box: each may cut the free space into one more leaf."""
 _SHORT = 1e-3  # [m] a way shorter than this has no direction
 
 
@@ -138,8 +140,9 @@ class Prediction:
         offsets = np.concatenate([offsets[:, :count], reach], axis=1)
         # Planes along its way suit what goes straight on, directions all around what turns.
         turns = ~np.isfinite(reach).any(axis=1)
-        kept = self._cutting(normals, offsets)
-        kept[:, :count] &= self._template.own | turns[:, None]
+        allowed = np.ones(offsets.shape, dtype=np.bool_)
+        allowed[:, :count] = self._template.own | turns[:, None]
+        kept = self._cutting(normals, offsets, allowed)
         return [
             Polytope.from_halfspaces(normals[i, kept[i]], offsets[i, kept[i]])
             if offsets[i, 0] > -np.inf
@@ -214,15 +217,18 @@ class Prediction:
         reach[np.concatenate([idle, idle], axis=1)[:, :, 0]] = np.inf
         return normals, reach + growth(self._scene, normals)
 
-    def _cutting(self, normals: Floats, offsets: Floats) -> Bools:
-        """Which planes to keep, (g, F): the box's, and those that cut much off it."""
+    def _cutting(self, normals: Floats, offsets: Floats, allowed: Bools) -> Bools:
+        """Which of the allowed planes to keep, (g, F): the box's, and those that cut most off it."""
         n = self._scene.n
         box = normals[:, : 2 * n : 2]
         shares = normals @ box.transpose(0, 2, 1)
         high, low = offsets[:, None, : 2 * n : 2], offsets[:, None, 1 : 2 * n : 2]
         with np.errstate(invalid="ignore"):
             corner = (np.maximum(shares, 0.0) * high + np.maximum(-shares, 0.0) * low).sum(axis=2)
-            kept = corner - offsets > self._scene.tolerance
+            cut = np.where(allowed, corner - offsets, -np.inf)
+        cut[:, : 2 * n] = -np.inf
+        least = np.partition(cut, -_MOST_CUTS[n], axis=1)[:, -_MOST_CUTS[n], None]
+        kept = cut > np.maximum(self._scene.tolerance, least - 1e-12)
         kept[:, : 2 * n] = True
         return np.asarray(kept)
 

@@ -160,17 +160,23 @@ class MotionScript:
             speeds: each motion is as many times as fast, drawn between these two.
 
         Returns:
-            A script in which each motion that repeats itself begins anywhere in its cycle. What
-            moves only once keeps its times.
+            A script in which each motion that repeats itself begins anywhere in its cycle. Those
+            along one path keep their distances; what moves only once keeps its times.
         """
         rng = np.random.default_rng(seed)
         low, high = speeds
         if not 0.0 < low <= high:
             raise QueryError(f"speeds must be positive and ascend, got {list(speeds)}")
+        drawn: list[tuple[Path | Keyframes, float, float]] = []
         moved = []
         for motion in self.motions:
-            begin, speed = rng.uniform(0.0, 1.0), rng.uniform(low, high)
-            cycle = None if isinstance(motion.path, Keyframes) else motion.path.cycle
+            path = motion.path
+            found = next((draw for draw in drawn if draw[0] == path), None)
+            if found is None:
+                found = (path, rng.uniform(0.0, 1.0), rng.uniform(low, high))
+                drawn.append(found)
+            _, begin, speed = found
+            cycle = None if isinstance(path, Keyframes) else path.cycle
             if cycle is not None:
                 offset = motion.offset + begin * cycle
                 motion = replace(motion, offset=offset, speed=speed * motion.speed)

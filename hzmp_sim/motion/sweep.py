@@ -41,6 +41,7 @@ class Sweep:
                 for item in scene.moving
             ]
         ).reshape(len(scene.moving), most, 3)
+        self._has_sides = self.points.any(axis=(1, 2))  # a ball that turns is the same ball
         m, planes = self.template.growth.shape
         self._bounds = np.empty((m, 64, planes))
         self._deviation = np.empty((m, 64))
@@ -101,7 +102,7 @@ class Sweep:
             steps = np.concatenate([steps[:1], steps])
         supports = self._supports(corners[done - first :])
         turned = np.diff(self.tape.axes[done : count + 1], axis=0)
-        turned = np.abs(turned).max(axis=(2, 3)) > 0.0
+        turned = (np.abs(turned).max(axis=(2, 3)) > 0.0) & self._has_sides
         self._reserve(count)
         deviation, jumps = _deviations(steps, at_start=first == done)
         new = slice(done, count)
