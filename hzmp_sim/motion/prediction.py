@@ -139,7 +139,7 @@ class Prediction:
         normals = np.concatenate([normals, along], axis=1)
         offsets = np.concatenate([offsets[:, :count], reach], axis=1)
         # Planes along its way suit what goes straight on, directions all around what turns.
-        turns = ~np.isfinite(reach).any(axis=1)
+        turns = np.isinf(reach).all(axis=1)
         allowed = np.ones(offsets.shape, dtype=np.bool_)
         allowed[:, :count] = self._template.own | turns[:, None]
         kept = self._cutting(normals, offsets, allowed)
@@ -218,7 +218,7 @@ class Prediction:
         return normals, reach + growth(self._scene, normals)
 
     def _cutting(self, normals: Floats, offsets: Floats, allowed: Bools) -> Bools:
-        """Which of the allowed planes to keep, (g, F): the box's, and those that cut most off it."""
+        """Which allowed planes to keep, (g, F): the box's, and those that cut most off it."""
         n = self._scene.n
         box = normals[:, : 2 * n : 2]
         shares = normals @ box.transpose(0, 2, 1)

@@ -93,7 +93,8 @@ def _directions(item: MovingGeom, axes: Floats, n: int) -> tuple[Floats, int]:
     around = polygon_normals(np.eye(2), 1.0, 0.08) if n == 2 else round_normals(3)
     box = np.stack([frame, -frame], axis=1).reshape(2 * n, n)
     normals = np.vstack([box, sides, around @ frame])
-    new = ~(np.tril(normals @ normals.T, -1) > _ALIKE).any(axis=1)
+    alike = np.tril(normals @ normals.T, -1) > _ALIKE
+    new = np.asarray(~alike.any(axis=1))
     return normals[new], int(new[: 2 * n + len(sides)].sum())
 
 

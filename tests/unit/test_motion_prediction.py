@@ -117,7 +117,7 @@ def test_slabs_and_hulls_hold_the_geoms_at_every_instant(query: str) -> None:
     hulls = [prediction.hulls(*window) for window in windows]
     slack = []
     while truth.time < END:
-        moments = [(truth.time, truth.data, range(count))]
+        moments = [(truth.time, truth.data, list(range(count)))]
         if truth.steps % 3 == 0:  # between two steps
             t, data = truth.between(rng.uniform())
             scripted = [i for i in range(count) if scene.moving[i].name in KINEMATIC]
