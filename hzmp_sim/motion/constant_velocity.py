@@ -66,7 +66,7 @@ class ConstantVelocity:
         return np.asarray(found)
 
     def slabs(self, start: float, step: float, count: int) -> Floats:
-        times = start + step * np.arange(count + 1)
+        times: Floats = start + step * np.arange(count + 1, dtype=np.float64)
         ends = self._bounds(np.repeat(times[:, None], len(self.rows), axis=1))
         found = np.maximum(ends[:-1], ends[1:])
         found[self._away(found)] = -np.inf

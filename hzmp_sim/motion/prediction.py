@@ -139,7 +139,7 @@ class Prediction:
         normals = np.concatenate([normals, along], axis=1)
         offsets = np.concatenate([offsets[:, :count], reach], axis=1)
         # Planes along its way suit what goes straight on, directions all around what turns.
-        turns = np.isinf(reach).all(axis=1)
+        turns: Bools = np.asarray(np.isinf(reach).all(axis=1))
         allowed = np.ones(offsets.shape, dtype=np.bool_)
         allowed[:, :count] = self._template.own | turns[:, None]
         kept = self._cutting(normals, offsets, allowed)

@@ -170,7 +170,7 @@ def test_bodies_that_cannot_be_planned(
 
 def test_files_that_are_not_worlds(tmp_path: Path) -> None:
     assert "no such file" in str(refusal(tmp_path / "missing.xml"))
-    assert "bundled worlds: enclosure, maze, mesh_room, narrow" in str(refusal(Path("mase")))
+    assert "bundled worlds: crossing_traffic, enclosure, maze" in str(refusal(Path("mase")))
     assert "folder" in str(refusal(tmp_path))
     empty = tmp_path / "empty.xml"
     empty.write_text("")
