@@ -7,80 +7,28 @@ model, so bundled bodies and a user's own go the same way.
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 
 from hzmp_planners.errors import HzmpError, SceneError
 from hzmp_sim.scene.bodies import descends
+from hzmp_sim.simulation.actuation_base import Actuation
 from hzmp_sim.simulation.actuators import (
     VALID_BODIES,
     at_rest,
     control_range,
     lag,
-    mass_matrix,
     rigid_body,
     site_thrusts,
-    slide_motor,
 )
+from hzmp_sim.simulation.slide_actuation import SlideActuation
 from hzmp_tracking import Limits
-from hzmp_tracking.controllers import (
-    BodyState,
-    Controller,
-    PointController,
-    QuadrotorController,
-    Reference,
-)
+from hzmp_tracking.controllers import BodyState, QuadrotorController
 
 _AXIS_TOL = 1e-6
-_POINT_LIMITS = (2.0, 4.0, 30.0)  # [m/s, m/s^2, m/s^3] comfortable for a camera and a report
 _QUADROTOR_LIMITS = (2.0, 3.0, 10.0)  # measured: within 1 cm; jerk 20 can saturate rotors
 _EARTH = 9.81  # [m/s^2] gravity that the quadrotor's limits were measured at
-_FORCE_SHARE = 0.8  # of the actuators, for the reference; the rest is for feedback
-
-
-class Actuation(ABC):
-    """Reads the state of one body from `MjData` and writes its actuator inputs."""
-
-    controller: Controller
-    """The feedback law."""
-    default_limits: Limits
-    """Limits of a reference that this body follows closely."""
-    actuators: tuple[int, ...]
-    """That move the body."""
-
-    def __init__(self, model: mujoco.MjModel, body: str) -> None:
-        self._body = body
-        self._id = model.body(body).id
-
-    @abstractmethod
-    def state(self, data: mujoco.MjData) -> BodyState:
-        """State of the body; `data` must hold up-to-date kinematics (as after `mj_forward`)."""
-
-    @abstractmethod
-    def trim(self, data: mujoco.MjData) -> None:
-        """Set inputs and actuator states to those of standing still where the body is."""
-
-    @abstractmethod
-    def _write(self, data: mujoco.MjData, command: tuple[float, ...]) -> None: ...
-
-    def apply(
-        self,
-        data: mujoco.MjData,
-        state: BodyState,
-        position: Sequence[float],
-        velocity: Sequence[float],
-        acceleration: Sequence[float],
-        jerk: Sequence[float],
-    ) -> None:
-        """Write `data.ctrl` so that a body follows the reference, each (3,) in the world.
-
-        `state` is what is measured of it. Lists are faster than arrays.
-        """
-        reference = Reference(position, velocity, acceleration, jerk)
-        self._write(data, self.controller.command(state, reference))
 
 
 def actuation_for(model: mujoco.MjModel, body: str) -> Actuation:
@@ -104,51 +52,6 @@ def actuation_for(model: mujoco.MjModel, body: str) -> Actuation:
     names = [mujoco.mjtJoint(kind).name.removeprefix("mjJNT_").lower() for kind in kinds]
     has = f"joints of type {', '.join(names)}" if names else "no joint"
     raise SceneError(f"body {body!r} has {has}: {VALID_BODIES}")
-
-
-class SlideActuation(Actuation):
-    """A body on slide joints along world axes, each pushed by one motor."""
-
-    def __init__(self, model: mujoco.MjModel, body: str) -> None:
-        super().__init__(model, body)
-        data = at_rest(model)
-        inertia = mass_matrix(model, data)
-        masses, limits, loads = [math.inf] * 3, [(0.0, 0.0)] * 3, [0.0] * 3
-        self._slides: list[tuple[int, int, float, int, float]] = []
-        first = int(model.body_jntadr[self._id])
-        for joint in range(first, first + int(model.body_jntnum[self._id])):
-            direction = data.xaxis[joint]
-            axis = int(np.argmax(np.abs(direction)))
-            sign = math.copysign(1.0, float(direction[axis]))
-            if abs(direction[axis]) < 1.0 - _AXIS_TOL or masses[axis] != math.inf:
-                raise SceneError(
-                    f"slide joint {model.joint(joint).name!r} of body {body!r} points along "
-                    f"{direction.tolist()}: each must have a world axis of its own"
-                )
-            dof = int(model.jnt_dofadr[joint])
-            actuator, gain, (low, high) = slide_motor(model, body, joint)
-            force = sorted((sign * gain * low, sign * gain * high))
-            masses[axis], limits[axis] = float(inertia[dof, dof]), (force[0], force[1])
-            # What stands still without moving: weight that nothing compensates, springs.
-            loads[axis] = sign * float(data.qfrc_bias[dof] - data.qfrc_passive[dof])
-            self._slides.append((axis, dof, sign, actuator, sign / gain))
-        self.actuators = tuple(actuator for *_, actuator, _ in self._slides)
-        self._loads = tuple(loads)
-        self.controller = PointController(masses, limits, loads)
-        self.default_limits = _slide_limits(body, masses, limits, loads)
-
-    def state(self, data: mujoco.MjData) -> BodyState:
-        velocity = [0.0, 0.0, 0.0]
-        for axis, dof, sign, _, _ in self._slides:
-            velocity[axis] = sign * float(data.qvel[dof])
-        return BodyState(data.xpos[self._id].tolist(), velocity)
-
-    def _write(self, data: mujoco.MjData, command: tuple[float, ...]) -> None:
-        for axis, _, _, actuator, per_newton in self._slides:
-            data.ctrl[actuator] = command[axis] * per_newton
-
-    def trim(self, data: mujoco.MjData) -> None:
-        self._write(data, self._loads)
 
 
 class QuadrotorActuation(Actuation):
@@ -216,33 +119,11 @@ class QuadrotorActuation(Actuation):
         thrusts = [data.act[k] for k in self._states]
         return BodyState(pose[:3], twist[:3], pose[3:], twist[3:], thrusts)
 
-    def _write(self, data: mujoco.MjData, command: tuple[float, ...]) -> None:
+    def _write(self, data: mujoco.MjData, command: tuple[float, ...], state: BodyState) -> None:
         for rotor, value in zip(self._rotors, command, strict=True):
             data.ctrl[rotor] = value
 
     def trim(self, data: mujoco.MjData) -> None:
-        self._write(data, self._hover)
+        self._write(data, self._hover, self.state(data))
         if self._states:
             data.act[self._states] = self._hover
-
-
-def _slide_limits(
-    body: str,
-    masses: Sequence[float],
-    limits: Sequence[tuple[float, float]],
-    loads: Sequence[float],
-) -> Limits:
-    """Limits that leave a share of the motors' force to the feedback."""
-    spare = [
-        min(high - load, load - low) / mass
-        for mass, (low, high), load in zip(masses, limits, loads, strict=True)
-        if mass != math.inf
-    ]
-    if min(spare) <= 0.0:
-        raise SceneError(
-            f"the motors of body {body!r} are too weak: beyond the load {list(loads)} N on each "
-            f"axis nothing of {list(limits)} N is left to accelerate"
-        )
-    velocity, acceleration, jerk = _POINT_LIMITS
-    share = min(1.0, _FORCE_SHARE * min(spare) / acceleration)
-    return Limits(velocity, share * acceleration, share * jerk)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -14,7 +14,7 @@ from hzmp_planners.errors import SceneError
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_sim.settings import RunSettings
-from hzmp_sim.simulation.actuation import Actuation
+from hzmp_sim.simulation.actuation_base import Actuation
 from hzmp_sim.simulation.contact_audit import ContactAudit
 from hzmp_sim.simulation.disturbance import Sensors, disturbed_model, wind_at_steps
 from hzmp_tracking import Trajectory
@@ -23,13 +23,55 @@ _MOST_STEPS = 20_000_000  # of a flight: what it logs of them takes some GB
 _AT_REST = 0.05  # [m/s] a body slower than this has settled
 
 
+class ClosedLoop:
+    """A body under control in MuJoCo, one control and one audit a physics step.
+
+    Args:
+        scene: the world and the body.
+        actuation: from reference and state to actuator inputs.
+        model: the scene's, or a disturbed copy of it.
+        sensors: what is measured of the body.
+    """
+
+    def __init__(
+        self, scene: Scene, actuation: Actuation, model: mujoco.MjModel, sensors: Sensors
+    ) -> None:
+        self.data = mujoco.MjData(model)
+        self.data.qpos[:] = scene.initial_qpos
+        mujoco.mj_forward(model, self.data)
+        actuation.trim(self.data)
+        mujoco.mj_forward(model, self.data)
+        self._model, self._actuation, self._sensors = model, actuation, sensors
+        self._audit = ContactAudit(scene, self.data)
+
+    def control(self, reference: Sequence[Sequence[float]]) -> tuple[float, int, int]:
+        """Set the inputs for a reference (position to jerk, each (3,)), and audit the state.
+
+        Returns:
+            Clearance [m], geom at that distance, geom in penetrating contact; -1 where none.
+        """
+        found = self._audit.step()
+        measured = self._sensors.measure(self._actuation.state(self.data))
+        self._actuation.apply(self.data, measured, *reference)
+        return found
+
+    def advance(self) -> bool:
+        """One physics step; False when the state is no longer finite."""
+        mujoco.mj_step(self._model, self.data)
+        # mj_step leaves contacts and poses of the state before it: bring them up to date.
+        mujoco.mj_fwdPosition(self._model, self.data)
+        return not _diverged(self.data)
+
+
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """The log of a flight and how long it took to simulate."""
+    """The log of a flight, how long it took to simulate, and how it ended."""
 
     log: FlightLog
     wall_time: float
     """[s]"""
+    diverged: bool
+    """Whether it ended because the state was no longer finite."""
 
 
 def fly(
@@ -39,7 +81,7 @@ def fly(
     settings: RunSettings,
     advance: Callable[[float], None],
 ) -> Flight:
-    """Track the trajectory in MuJoCo, one control and one audit a physics step.
+    """Track the trajectory in MuJoCo and log every physics step.
 
     The flight ends when the trajectory is over and the body rests at the goal, at the latest
     `settle_time` after the trajectory; earlier when the state is no longer finite.
@@ -56,9 +98,6 @@ def fly(
     """
     disturbance = settings.disturbance
     model = disturbed_model(scene.model, actuation.actuators, disturbance)
-    data = mujoco.MjData(model)
-    data.qpos[:] = scene.initial_qpos
-    mujoco.mj_forward(model, data)
     dt = float(model.opt.timestep)
     steps = int(np.ceil((trajectory.duration + settings.settle_time) / dt)) + 1
     if steps > _MOST_STEPS:
@@ -67,23 +106,19 @@ def fly(
             f"{_MOST_STEPS:,}; 0.002 s is usual"
         )
     times: Floats = dt * np.arange(steps, dtype=np.float64)
-    reference = _Reference(scene, trajectory, times)
-    actuation.trim(data)
-    mujoco.mj_forward(model, data)
+    reference = WorldReference(scene, trajectory, times)
     rng = np.random.default_rng(settings.seed)
     wind = model.opt.wind + wind_at_steps(disturbance, steps, dt, rng)
-    sensors = Sensors(disturbance, steps, dt, rng)
-    audit = ContactAudit(scene, data)
-    body = int(model.body(scene.body).id)
+    loop = ClosedLoop(scene, actuation, model, Sensors(disturbance, steps, dt, rng))
+    data, body = loop.data, int(model.body(scene.body).id)
     states = np.empty((steps, model.nq + 7 + model.nu))
     clearance, nearest = np.empty(steps), np.empty(steps, dtype=np.int64)
     contact = np.empty(steps, dtype=np.int64)
     goal = reference.positions[-1]
-    rows, shown = 0, 0.0
+    rows, shown, diverged = 0, 0.0, False
     began = time.perf_counter()
     for k in range(steps):
-        clearance[k], nearest[k], contact[k] = audit.step()
-        actuation.apply(data, sensors.measure(actuation.state(data)), *reference.at(k))
+        clearance[k], nearest[k], contact[k] = loop.control(reference.at(k))
         states[k] = np.concatenate([data.qpos, data.xpos[body], data.xquat[body], data.ctrl])
         rows = k + 1
         over = times[k] >= trajectory.duration
@@ -92,10 +127,8 @@ def fly(
             if moved <= _AT_REST * dt:
                 break
         model.opt.wind = wind[k]
-        mujoco.mj_step(model, data)
-        # mj_step leaves contacts and poses of the state before it: bring them up to date.
-        mujoco.mj_fwdPosition(model, data)
-        if _diverged(data):
+        diverged = not loop.advance()
+        if diverged:
             break
         if times[k] - shown > 0.1:
             advance(float(times[k]) - shown)
@@ -115,10 +148,10 @@ def fly(
         nearest=nearest[:rows],
         contact=contact[:rows],
     )
-    return Flight(log, wall_time)
+    return Flight(log, wall_time, diverged)
 
 
-class _Reference:
+class WorldReference:
     """The trajectory at every step, lifted to the world: lists, which controllers take fastest."""
 
     def __init__(self, scene: Scene, trajectory: Trajectory, times: Floats) -> None:

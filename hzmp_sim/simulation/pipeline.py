@@ -16,7 +16,8 @@ from hzmp_sim.run import Run
 from hzmp_sim.scene import Scene
 from hzmp_sim.scene.blame import blocking_hulls
 from hzmp_sim.settings import RunSettings
-from hzmp_sim.simulation.actuation import Actuation, actuation_for
+from hzmp_sim.simulation.actuation import actuation_for
+from hzmp_sim.simulation.actuation_base import Actuation
 from hzmp_sim.simulation.loop import Flight, fly
 from hzmp_sim.simulation.metrics import collect_metrics
 from hzmp_tracking import Trajectory, time_parameterize

@@ -29,13 +29,16 @@ class MjData:
     cam_xpos: _Floats  # (ncam, 3)
     contact: _MjContactList
     ctrl: _Floats  # (nu,)
+    energy: _Floats  # (2,) potential, kinetic [J]
     geom_xmat: _Floats  # (ngeom, 9)
     geom_xpos: _Floats  # (ngeom, 3)
     mocap_pos: _Floats  # (nmocap, 3)
     mocap_quat: _Floats  # (nmocap, 4)
     ncon: int
+    qfrc_actuator: _Floats  # (nv,)
     qfrc_applied: _Floats  # (nv,)
     qfrc_bias: _Floats  # (nv,)
+    qfrc_gravcomp: _Floats  # (nv,)
     qfrc_passive: _Floats  # (nv,)
     qpos: _Floats  # (nq,)
     qvel: _Floats  # (nv,)
@@ -51,8 +54,11 @@ class MjData:
 
 class MjModel:
     actuator_actadr: _Ints
+    actuator_biasprm: _Floats
     actuator_biastype: _Ints
     actuator_ctrllimited: _Bytes  # (nu,)
+    actuator_damping: _Floats  # (nu,)
+    actuator_delay: _Floats  # (nu,) [s]
     actuator_ctrlrange: _Floats  # (nu, 2)
     actuator_dynprm: _Floats
     actuator_dyntype: _Ints
@@ -101,6 +107,9 @@ class MjModel:
     hfield_ncol: _Ints
     hfield_nrow: _Ints
     hfield_size: _Floats  # (nhfield, 4)
+    jnt_actfrclimited: _Bytes
+    jnt_actfrcrange: _Floats  # (njnt, 2)
+    jnt_actgravcomp: _Bytes
     jnt_axis: _Floats  # (njnt, 3)
     jnt_bodyid: _Ints
     jnt_dofadr: _Ints
@@ -108,6 +117,7 @@ class MjModel:
     jnt_pos: _Floats  # (njnt, 3)
     jnt_qposadr: _Ints
     jnt_range: _Floats  # (njnt, 2)
+    jnt_stiffness: _Floats  # (njnt,)
     jnt_type: _Ints
     mat_rgba: NDArray[np.float32]  # (nmat, 4)
     mesh_face: _Ints  # (nmeshface, 3)
@@ -168,6 +178,7 @@ class MjOption:
     disableflags: int
     enableflags: int
     gravity: _Floats  # (3,)
+    integrator: int
     jacobian: int
     o_margin: float
     timestep: float
@@ -473,6 +484,7 @@ def mjv_updateScene(
 
 class mjtBias(enum.IntEnum):
     mjBIAS_NONE = 0
+    mjBIAS_AFFINE = 1
 
 def set_mju_user_warning(handler: Callable[[str], object] | None) -> None: ...
 
@@ -490,6 +502,8 @@ class mjtCatBit(enum.IntEnum):
 class mjtDisableBit(enum.IntEnum):
     mjDSBL_CONSTRAINT = 1
     mjDSBL_CONTACT = 16
+    mjDSBL_SPRING = 32
+    mjDSBL_DAMPER = 64
     mjDSBL_FILTERPARENT = 1024
 
 class mjtDyn(enum.IntEnum):
@@ -499,6 +513,7 @@ class mjtDyn(enum.IntEnum):
 
 class mjtEnableBit(enum.IntEnum):
     mjENBL_OVERRIDE = 1
+    mjENBL_ENERGY = 2
 
 class mjtFontScale(enum.IntEnum):
     mjFONTSCALE_100 = 100
@@ -508,6 +523,10 @@ class mjtFramebuffer(enum.IntEnum):
 
 class mjtGain(enum.IntEnum):
     mjGAIN_FIXED = 0
+    mjGAIN_AFFINE = 1
+
+class mjtIntegrator(enum.IntEnum):
+    mjINT_RK4 = 1
 
 class mjtGeom(enum.IntEnum):
     mjGEOM_PLANE = 0
