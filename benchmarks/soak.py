@@ -33,7 +33,7 @@ class Window(NamedTuple):
     error: float
     """Largest distance of the body to its reference [m]."""
     energy: float
-    """Mechanical energy at a quarter of a lap, in full motion: largest difference to the first [J]."""
+    """Mechanical energy a quarter into a lap, in motion: largest difference to the first [J]."""
     clearance: float
     """Least [m]."""
     contacts: int

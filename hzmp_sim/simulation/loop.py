@@ -56,7 +56,7 @@ class ClosedLoop:
         return found
 
     def advance(self) -> bool:
-        """One physics step; False when the state is no longer finite."""
+        """One physics step; False when state or inputs are no longer finite."""
         mujoco.mj_step(self._model, self.data)
         # mj_step leaves contacts and poses of the state before it: bring them up to date.
         mujoco.mj_fwdPosition(self._model, self.data)
@@ -71,7 +71,7 @@ class Flight:
     wall_time: float
     """[s]"""
     diverged: bool
-    """Whether it ended because the state was no longer finite."""
+    """Whether it ended because state or inputs were no longer finite."""
 
 
 def fly(
@@ -84,7 +84,7 @@ def fly(
     """Track the trajectory in MuJoCo and log every physics step.
 
     The flight ends when the trajectory is over and the body rests at the goal, at the latest
-    `settle_time` after the trajectory; earlier when the state is no longer finite.
+    `settle_time` after the trajectory; earlier when state or inputs are no longer finite.
 
     Args:
         scene: the world and the body.
@@ -170,9 +170,9 @@ class WorldReference:
 
 
 def _diverged(data: mujoco.MjData) -> bool:
-    """Whether MuJoCo had to give up on the state (it resets the data when it does)."""
+    """Whether MuJoCo had to give up on the state (and reset the data) or on the inputs."""
     bad = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL,
-           mujoco.mjtWarning.mjWARN_BADQACC)  # fmt: skip
+           mujoco.mjtWarning.mjWARN_BADQACC, mujoco.mjtWarning.mjWARN_BADCTRL)  # fmt: skip
     return any(data.warning[int(kind)].number for kind in bad)
 
 

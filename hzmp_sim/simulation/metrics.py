@@ -127,6 +127,14 @@ def _flight_warnings(scene: Scene, log: FlightLog | None) -> list[str]:
             f"the body was up to {1e3 * error:.0f} mm off its reference, more than the clearance "
             f"of {1e3 * scene.clearance:.0f} mm covers: lower the limits or raise the clearance"
         )
+    low, high = scene.workspace
+    inside = log.position[:, : scene.n]
+    outside = ((inside < low) | (inside > high)).any(axis=1)
+    if outside.any():
+        warnings.append(
+            f"the body left the workspace after {log.time[outside.argmax()]:.3f} s: a controller "
+            "that diverges does so, and so does a world that pushes too hard"
+        )
     if limit is not None and log.tilt.max() > limit:
         warnings.append(
             f"the body tilted by up to {log.tilt.max():.3g} rad, beyond the {limit:.3g} that its "

@@ -20,7 +20,8 @@ from hzmp_sim.simulation.actuation import actuation_for
 from hzmp_sim.simulation.actuation_base import Actuation
 from hzmp_sim.simulation.loop import Flight, fly
 from hzmp_sim.simulation.metrics import collect_metrics
-from hzmp_tracking import Trajectory, time_parameterize
+from hzmp_sim.simulation.own_controller import OwnActuation
+from hzmp_tracking import Controller, Trajectory, time_parameterize
 
 _DEFAULTS = RunSettings()
 
@@ -30,6 +31,7 @@ def simulate(
     out: str | Path | None = None,
     settings: RunSettings = _DEFAULTS,
     *,
+    controller: Controller | None = None,
     command: str = "",
 ) -> Run:
     """Plan through a scene, fly the plan in closed loop in MuJoCo, and write the run directory.
@@ -38,6 +40,9 @@ def simulate(
         scene: from `load_scene`.
         out: run directory; nothing is written when None.
         settings: how to plan, fly and record.
+        controller: flies instead of the law that comes with the body; its commands are the inputs
+            (`data.ctrl`) of the model's actuators in their order. With it any body can be flown
+            that can be planned for, also on an upright hinge.
         command: for the report: how to make this run again.
 
     Returns:
@@ -47,12 +52,17 @@ def simulate(
     Raises:
         QueryError: start or goal is not in the free space.
         SceneError: the body has joints or actuators that no controller here can use.
+        QueryError: `controller` gives another number of commands than there are actuators.
         OutputError: the run directory cannot be written.
     """
     if out is not None:
         check_directory(out)  # before the work, not after it
     timings = {"scene": scene.reading_time}
-    actuation = actuation_for(scene.model, scene.body)
+    actuation = (
+        actuation_for(scene.model, scene.body)
+        if controller is None
+        else OwnActuation(scene.model, scene.body, controller)
+    )
     with _timed(timings, "decompose"), busy("Decomposing the free space"):
         space = scene.free_space()
     with _timed(timings, "graph"), busy("Finding shared faces"):
@@ -80,6 +90,12 @@ def simulate(
             )
         with _timed(timings, "simulate"), mujoco_warnings() as notes:
             flight = _fly(scene, trajectory, actuation, settings)
+        if flight.diverged:
+            notes.insert(
+                0,
+                f"the flight ended after {flight.log.time[-1]:.3f} s of {trajectory.duration:.3f}: "
+                "a state or an input was no longer finite, as when a controller is unstable",
+            )
     run = Run(
         scene=scene,
         space=space,

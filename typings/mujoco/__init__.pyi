@@ -435,6 +435,9 @@ def mj_geomDistance(
     m: MjModel, d: MjData, geom1: int, geom2: int, distmax: float, fromto: _Floats | None
 ) -> float: ...
 def mj_id2name(m: MjModel, type: int, id: int) -> str | None: ...
+def mj_jacBody(
+    m: MjModel, d: MjData, jacp: _Floats | None, jacr: _Floats | None, body: int
+) -> None: ...
 def mj_kinematics(m: MjModel, d: MjData) -> None: ...
 def mj_name2id(m: MjModel, type: int, name: str) -> int: ...  # -1 when there is none
 def mj_objectVelocity(
@@ -577,3 +580,4 @@ class mjtWarning(enum.IntEnum):
     mjWARN_BADQPOS = 3
     mjWARN_BADQVEL = 4
     mjWARN_BADQACC = 5
+    mjWARN_BADCTRL = 6
