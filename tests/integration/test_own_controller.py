@@ -23,8 +23,11 @@ Command = Callable[[BodyState, Reference], tuple[float, ...]]
 class Law:
     """A controller that is one function."""
 
-    def __init__(self, command: Command) -> None:
-        self.command = command
+    def __init__(self, law: Command) -> None:
+        self._law = law
+
+    def command(self, state: BodyState, reference: Reference) -> tuple[float, ...]:
+        return self._law(state, reference)
 
 
 def good(state: BodyState, reference: Reference) -> tuple[float, ...]:
