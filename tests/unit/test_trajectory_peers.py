@@ -30,13 +30,16 @@ def test_corners_are_rounded_and_ends_kept() -> None:
 
 
 @pytest.mark.parametrize(
-    ("module", "time"), [("toppra", peers.time_by_toppra), ("pydrake", peers.time_by_drake)]
+    ("module", "time", "most"),
+    # toppra keeps its limits at the points of its grid, and not in between.
+    [("toppra", peers.time_by_toppra, 1.25), ("pydrake", peers.time_by_drake, 1.001)],
 )
-def test_peers_keep_the_limits_that_they_know(module: str, time: peers.Peer) -> None:
+def test_peers_keep_the_limits_that_they_know(module: str, time: peers.Peer, most: float) -> None:
     pytest.importorskip(module)
     timed = time(CORNER, CELLS, LIMITS)
     assert timed is not None
-    assert max(timed.usage) <= 1.01
+    assert timed.usage[0] <= 1.01
+    assert max(timed.usage) <= most
     assert timed.duration > 8.0 / (2.0 * np.sqrt(2.0))
 
 
