@@ -50,6 +50,8 @@ class Actuation(ABC):
     """Limits of a reference that this body follows closely."""
     actuators: tuple[int, ...]
     """That move the body."""
+    smoothing = 0.0
+    """Window over which the reference of this body is smoothed [s], see `smooth_sample`."""
 
     def __init__(self, model: mujoco.MjModel, body: str) -> None:
         self._body = body
@@ -74,12 +76,15 @@ class Actuation(ABC):
         velocity: Sequence[float],
         acceleration: Sequence[float],
         jerk: Sequence[float],
+        snap: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
         """Write `data.ctrl` so that a body follows the reference, each (3,) in the world.
 
+        To be called once a time step, after `trim` at the beginning.
+
         `state` is what is measured of it. Lists are faster than arrays.
         """
-        reference = Reference(position, velocity, acceleration, jerk)
+        reference = Reference(position, velocity, acceleration, jerk, snap)
         self._write(data, self.controller.command(state, reference))
 
 
@@ -198,6 +203,7 @@ class QuadrotorActuation(Actuation):
                 mass, inertia, allocation, (ranges[:, 0], ranges[:, 1]),
                 motor_lag=lags[0], gravity=gravity, centre_of_mass=com,
                 heading=math.atan2(rotation[1, 0], rotation[0, 0]),
+                time_step=float(model.opt.timestep),
             )  # fmt: skip
         except HzmpError as error:
             raise SceneError(f"body {body!r} cannot be flown: {error}") from error
@@ -213,14 +219,14 @@ class QuadrotorActuation(Actuation):
         q, v = self._qpos, self._dof
         pose = data.qpos[q : q + 7].tolist()
         twist = data.qvel[v : v + 6].tolist()
-        thrusts = [data.act[k] for k in self._states]
-        return BodyState(pose[:3], twist[:3], pose[3:], twist[3:], thrusts)
+        return BodyState(pose[:3], twist[:3], pose[3:], twist[3:])
 
     def _write(self, data: mujoco.MjData, command: tuple[float, ...]) -> None:
         for rotor, value in zip(self._rotors, command, strict=True):
             data.ctrl[rotor] = value
 
     def trim(self, data: mujoco.MjData) -> None:
+        self.controller.reset()
         self._write(data, self._hover)
         if self._states:
             data.act[self._states] = self._hover

@@ -18,6 +18,7 @@ from hzmp_sim.simulation.actuation import Actuation
 from hzmp_sim.simulation.contact_audit import ContactAudit
 from hzmp_sim.simulation.disturbance import Sensors, disturbed_model, wind_at_steps
 from hzmp_tracking import Trajectory
+from hzmp_tracking.smoothing import smooth_sample
 
 _MOST_STEPS = 20_000_000  # of a flight: what it logs of them takes some GB
 _AT_REST = 0.05  # [m/s] a body slower than this has settled
@@ -67,7 +68,7 @@ def fly(
             f"{_MOST_STEPS:,}; 0.002 s is usual"
         )
     times: Floats = dt * np.arange(steps, dtype=np.float64)
-    reference = _Reference(scene, trajectory, times)
+    reference = _Reference(scene, trajectory, times, actuation.smoothing)
     actuation.trim(data)
     mujoco.mj_forward(model, data)
     rng = np.random.default_rng(settings.seed)
@@ -121,18 +122,18 @@ def fly(
 class _Reference:
     """The trajectory at every step, lifted to the world: lists, which controllers take fastest."""
 
-    def __init__(self, scene: Scene, trajectory: Trajectory, times: Floats) -> None:
-        sample = trajectory.sample(times)
-        self.positions = scene.to_world(sample.position)
-        rates = [np.zeros((len(times), 3)) for _ in range(3)]
-        for rate, values in zip(
-            rates, (sample.velocity, sample.acceleration, sample.jerk), strict=True
-        ):
+    def __init__(
+        self, scene: Scene, trajectory: Trajectory, times: Floats, smoothing: float
+    ) -> None:
+        positions, *derivatives = smooth_sample(trajectory, times, smoothing)
+        self.positions = scene.to_world(positions)
+        rates = [np.zeros((len(times), 3)) for _ in derivatives]
+        for rate, values in zip(rates, derivatives, strict=True):
             rate[:, : scene.n] = values
         self._rows = [part.tolist() for part in (self.positions, *rates)]
 
     def at(self, k: int) -> list[list[float]]:
-        """Position, velocity, acceleration and jerk at step k."""
+        """Position, velocity, acceleration, jerk and snap at step k."""
         return [part[k] for part in self._rows]
 
 

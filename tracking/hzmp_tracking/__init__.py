@@ -7,6 +7,7 @@ from hzmp_tracking.controllers import (
     QuadrotorController,
     Reference,
 )
+from hzmp_tracking.flatness import RotorDemand, RotorLimits, rotor_demand
 from hzmp_tracking.limits import Limits
 from hzmp_tracking.safe_stop import stop_trajectory
 from hzmp_tracking.timing import time_parameterize
@@ -19,8 +20,11 @@ __all__ = [
     "PointController",
     "QuadrotorController",
     "Reference",
+    "RotorDemand",
+    "RotorLimits",
     "Sample",
     "Trajectory",
+    "rotor_demand",
     "stop_trajectory",
     "time_parameterize",
 ]

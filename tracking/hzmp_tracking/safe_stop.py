@@ -1,26 +1,29 @@
 """The fastest stop that is proved to stay in a cell: what a loop flies when nothing else is safe.
 
 Braking each axis as fast as its limits allow is the fastest stop of all; where it stays in the cell
-it is the answer. Where it does not (in a slanted cell, say, one axis must brake later), a spline
+and within the limits on norms it is the answer, and so is braking on the line of motion where norms
+alone are bounded. Where neither does (in a slanted cell, say, one axis must brake later), a spline
 of even steps is looked for: control points inside the cell and derivatives within the limits are a
-linear program for a given duration, which is bisected.
+cone program for a given duration, which is bisected.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
 from hzmp_planners._arrays import Floats, as_point
-from hzmp_planners._clarabel import solve_socp
+from hzmp_planners._clarabel import Cone, second_order_cones, solve_socp
 from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_planners.sets import Polytope
+from hzmp_tracking.constants import LIMIT_TOL
 from hzmp_tracking.limits import Limits
 from hzmp_tracking.spline import Spline
-from hzmp_tracking.stops import Pieces, from_state
+from hzmp_tracking.stops import Pieces, brake_straight, from_state
 from hzmp_tracking.timing import start_state
 from hzmp_tracking.trajectory import Trajectory
 
@@ -44,12 +47,12 @@ def stop_trajectory(
         position: shape (n,) [m].
         velocity: shape (n,) [m/s].
         cells: convex cells; the stop is in the one in which it is fastest.
-        limits: bounds on each axis.
+        limits: bounds on axes and norms.
         acceleration: shape (n,) [m/s^2]; zero when None.
 
     Returns:
         Trajectory with `containment` at most 0. Where braking each axis on its own stays in a cell
-        no stop is faster; else it is the fastest that was found.
+        and within all limits no stop is faster; else it is the fastest that was found.
 
     Raises:
         ShapeError: shapes that do not fit each other, or no cell.
@@ -61,12 +64,17 @@ def stop_trajectory(
     n = chain[0].n
     point = as_point(position, "position", n)
     v, a = start_state(velocity, acceleration, limits, n)
-    braking = from_state(point, v, a, None, limits, (0, 1))
+    # Without the norms: within all limits no stop is faster.
+    axes_only = replace(limits, speed=None, total_acceleration=None, total_jerk=None)
+    braking = from_state(point, v, a, None, axes_only, (0, 1))
     stops = [_in_cell(braking, cell, limits) for cell in chain]
-    safe = [stop for stop in stops if stop.containment <= 0.0]
+    safe = [stop for stop in stops if _safe(stop)]
     if safe:
         return safe[0]
+    straight = brake_straight(point, v, a, limits, (0, 1))
     found = [_spline_stop(point, v, a, cell, limits, braking.duration) for cell in chain]
+    if straight is not None:
+        found += [stop for cell in chain if _safe(stop := _in_cell(straight, cell, limits))]
     later = [stop for stop in found if stop is not None]
     if not later:
         least = min(stop.containment for stop in stops)
@@ -75,6 +83,10 @@ def stop_trajectory(
             f"braking on every axis at once leaves it by {least:.3g} m"
         )
     return min(later, key=lambda stop: stop.duration)
+
+
+def _safe(stop: Trajectory) -> bool:
+    return bool(stop.containment <= 0.0 and stop.limit_usage.max() <= 1.0 + LIMIT_TOL)
 
 
 def _in_cell(pieces: Pieces, cell: Polytope, limits: Limits) -> Trajectory:
@@ -120,9 +132,23 @@ def _stop_within(
     jerk = maps.change_3.value / d[:, None]
     rows: list[Floats] = []
     room: list[Floats] = []
-    for matrix, bounds in zip((maps.V.value, maps.A.value, jerk), limits.per_axis(n), strict=True):
+    cones: list[Cone] = []
+    cone_rows: list[Floats] = []
+    cone_room: list[Floats] = []
+    unknowns = free.shape[1]
+    for matrix, bounds, norm in zip(
+        (maps.V.value, maps.A.value, jerk), limits.per_axis(n), limits.norms, strict=True
+    ):
         moves, fixed = matrix @ free, matrix @ start
         used = np.abs(moves).max(axis=1) > 0.0
+        if np.isfinite(norm):
+            count = int(used.sum())
+            cone = np.zeros((count, n + 1, n, unknowns))
+            cone[:, 1 + np.arange(n), np.arange(n)] = -moves[used, None]
+            cone_rows.append(cone.reshape(-1, n * unknowns))
+            tops = np.full((count, 1), _SHARE * norm)
+            cone_room.append(np.hstack([tops, fixed[used]]).ravel())
+            cones += second_order_cones(n + 1, count)
         for sign in (1.0, -1.0):
             for axis in range(n):
                 block = np.zeros((int(used.sum()), n, moves.shape[1]))
@@ -137,14 +163,15 @@ def _stop_within(
     room.append((cell.b - _MARGIN - fixed[used] @ cell.A.T).ravel())
     A, b = np.concatenate(rows), np.concatenate(room)
     # The least excess over all facets, so that the program has an interior.
-    excess = np.zeros((len(A), 1))
-    excess[-len(room[-1]) :] = -1.0
+    excess = np.zeros((len(A) + sum(map(len, cone_rows)), 1))
+    excess[len(A) - len(room[-1]) : len(A)] = -1.0
     cost = np.append(np.zeros(A.shape[1]), 1.0)
-    program = sparse.csc_array(np.hstack([A, excess]))
-    solution = solve_socp(cost, program, b, [("nonnegative", len(b))])
+    program = sparse.csc_array(np.hstack([np.concatenate([A, *cone_rows]), excess]))
+    offsets = np.concatenate([b, *cone_room])
+    solution = solve_socp(cost, program, offsets, [("nonnegative", len(b)), *cones])
     if not solution.solved:
         return None
     control = start + free @ solution.x[:-1].reshape(n, -1).T
     spline = Spline(control, d)
     stop = _in_cell(Pieces(spline.coefficients(), d, ((0, 1),) * _PIECES), cell, limits)
-    return stop if stop.containment <= 0.0 and stop.limit_usage.max() <= 1.0 + 1e-9 else None
+    return stop if _safe(stop) else None

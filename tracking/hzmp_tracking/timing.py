@@ -42,7 +42,7 @@ def time_parameterize(
             lies in cells k - 1 and k and may move inside their intersection.
         cells: K convex polytopes with interiors, consecutive ones overlap or share a face.
             Segment k from waypoint k to waypoint k + 1 lies in cell k.
-        limits: bounds on each axis, at every instant.
+        limits: bounds on axes and norms, at every instant.
         start_velocity: shape (n,) [m/s]; at rest when None.
         start_acceleration: shape (n,) [m/s^2]; zero when None.
 
@@ -64,6 +64,11 @@ def time_parameterize(
     else:
         candidates += _resting(points, vias, limits)
     best = _fastest_proved(candidates, chain, vias, limits)
+    if not _within(best):
+        raise QueryError(
+            f"from start_velocity {velocity.tolist()} and start_acceleration "
+            f"{acceleration.tolist()} no stop within the limits on norms was found"
+        )
     if best.containment > WAYPOINT_TOL:
         raise QueryError(
             f"start_velocity {velocity.tolist()} cannot be kept inside the cells: the best stop "
@@ -132,8 +137,12 @@ def _moving(
         rest = [polyline(points, range(k, K + 1), limits)] if k < K else []
         stopping = Pieces.join([first, *rest])
         candidates.append(stopping)
-        if k < K and not reached and _proved(stopping, cells, vias, limits).containment <= 0.0:
-            reached = True
+        if k < K and not reached:
+            trial = _proved(stopping, cells, vias, limits)
+            reached = trial.containment <= 0.0 and _within(trial)
+        else:
+            continue
+        if reached:
             on = _splines(vias.part(k, K), cells[k:], limits, rested, rested)
             candidates.append(on and Pieces.join([first, on.moved(k)]))
     stop = from_state(points[0], velocity, acceleration, None, limits, (0, K))
@@ -150,14 +159,19 @@ def _fastest_proved(
     vias: Vias,
     limits: Limits,
 ) -> Trajectory:
-    """The fastest candidate with containment <= 0; if there is none, the one nearest to it."""
+    """The fastest candidate that is within cells and limits; if none is, the one nearest to it."""
     trials: list[Trajectory] = []
     made = [pieces for pieces in candidates if pieces is not None]
     for pieces in sorted(made, key=lambda pieces: pieces.duration):
         trials.append(_proved(pieces, cells, vias, limits))
-        if trials[-1].containment <= 0.0:
+        if trials[-1].containment <= 0.0 and _within(trials[-1]):
             return trials[-1]
-    return min(trials, key=lambda trial: trial.containment)
+    return min(trials, key=lambda trial: (not _within(trial), trial.containment))
+
+
+def _within(trial: Trajectory) -> bool:
+    """Whether it keeps the limits on norms; those on the axes hold by construction."""
+    return bool(trial.limit_usage[:, -1].max() <= 1.0 + LIMIT_TOL)
 
 
 def _proved(pieces: Pieces, cells: tuple[Polytope, ...], vias: Vias, limits: Limits) -> Trajectory:
@@ -199,6 +213,10 @@ def start_state(
     """Velocity and acceleration at the start, checked against the limits."""
     v = as_point(np.zeros(n) if velocity is None else velocity, "start_velocity", n)
     a = as_point(np.zeros(n) if acceleration is None else acceleration, "start_acceleration", n)
+    for name, state, norm in zip(("velocity", "acceleration"), (v, a), limits.norms, strict=False):
+        size = float(np.linalg.norm(state))
+        if size > norm * (1.0 + LIMIT_TOL):
+            raise QueryError(f"start_{name} is {size:.6g} in all; the limit is {norm:g}")
     v_max, a_max, j_max = limits.per_axis(n)
     # Jerk needs |a| / j to end the acceleration, which adds a|a| / 2j to the velocity.
     peak = np.maximum(np.abs(v), np.abs(v + a * np.abs(a) / (2.0 * j_max)))

@@ -40,6 +40,9 @@ class PointController:
         self._stiffness = natural_frequency**2
         self._damping = 2.0 * natural_frequency
 
+    def reset(self) -> None:
+        """Nothing is remembered."""
+
     def command(self, state: BodyState, reference: Reference) -> tuple[float, ...]:
         """Force on each of the three axes [N]."""
         forces = [0.0, 0.0, 0.0]
