@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -78,6 +78,10 @@ class RunSettings:
         velocity: limit on each axis [m/s]; default: what the body can follow.
         acceleration: limit on each axis [m/s^2]; default: what the body can follow.
         jerk: limit on each axis [m/s^3]; default: what the body can follow.
+        speed: limit on the norm of the velocity [m/s]. Of each derivative that is limited here, by
+            axes or norm, the usual limits do not hold.
+        total_acceleration: limit on the norm of the acceleration [m/s^2].
+        total_jerk: limit on the norm of the jerk [m/s^3].
         goal_tolerance: the body has arrived when its centre is this near to the goal [m].
         settle_time: how long to wait for arrival after the trajectory has ended [s].
         video: render run.mp4, the slowest of the artefacts.
@@ -90,6 +94,9 @@ class RunSettings:
     velocity: float | None = None
     acceleration: float | None = None
     jerk: float | None = None
+    speed: float | None = None
+    total_acceleration: float | None = None
+    total_jerk: float | None = None
     goal_tolerance: float = 0.05
     settle_time: float = 2.0
     video: bool = True
@@ -98,7 +105,10 @@ class RunSettings:
     def __post_init__(self) -> None:
         if not isinstance(self.seed, int) or self.seed < 0:
             raise QueryError(f"seed must be a whole number of at least 0, got {self.seed}")
-        positive = ("time_limit", "velocity", "acceleration", "jerk", "goal_tolerance")
+        positive = (
+            "time_limit", "velocity", "acceleration", "jerk", "speed", "total_acceleration",
+            "total_jerk", "goal_tolerance",
+        )  # fmt: skip
         for name in positive:
             value = getattr(self, name)
             if value is not None and not 0.0 < value < math.inf:
@@ -110,5 +120,11 @@ class RunSettings:
 
     def limits(self, usual: Limits) -> Limits:
         """Of the reference: those that are set here, else the usual ones of the body."""
-        names = ("velocity", "acceleration", "jerk")
-        return replace(usual, **{k: v for k in names if (v := getattr(self, k)) is not None})
+        pairs = (("velocity", "speed"), ("acceleration", "total_acceleration"),
+                 ("jerk", "total_jerk"))  # fmt: skip
+        changed: dict[str, Any] = {}
+        for axis, norm in pairs:
+            each, total = getattr(self, axis), getattr(self, norm)
+            if each is not None or total is not None:
+                changed |= {axis: total if each is None else each, norm: total}
+        return replace(usual, **changed)

@@ -15,6 +15,7 @@ import numpy as np
 
 from hzmp_planners.errors import HzmpError, SceneError
 from hzmp_sim.scene.bodies import descends
+from hzmp_sim.scene.constants import MAX_TILT
 from hzmp_sim.simulation.actuators import (
     VALID_BODIES,
     at_rest,
@@ -25,20 +26,20 @@ from hzmp_sim.simulation.actuators import (
     site_thrusts,
     slide_motor,
 )
-from hzmp_tracking import Limits
+from hzmp_tracking import Limits, RotorLimits
 from hzmp_tracking.controllers import (
     BodyState,
     Controller,
     PointController,
     QuadrotorController,
     Reference,
+    rotor_limits,
 )
 
 _AXIS_TOL = 1e-6
 _POINT_LIMITS = (2.0, 4.0, 30.0)  # [m/s, m/s^2, m/s^3] comfortable for a camera and a report
-_QUADROTOR_LIMITS = (2.0, 3.0, 10.0)  # measured: within 1 cm; jerk 20 can saturate rotors
-_EARTH = 9.81  # [m/s^2] gravity that the quadrotor's limits were measured at
-_FORCE_SHARE = 0.8  # of the actuators, for the reference; the rest is for feedback
+_QUADROTOR_SPEED = 2.0  # [m/s] on each axis, as comfortable
+_FORCE_SHARE = 0.8  # of actuators and tilt, for the reference; the rest is for feedback
 
 
 class Actuation(ABC):
@@ -50,6 +51,8 @@ class Actuation(ABC):
     """Limits of a reference that this body follows closely."""
     actuators: tuple[int, ...]
     """That move the body."""
+    rotors: RotorLimits | None = None
+    """All that its rotors have, if it has some."""
     smoothing = 0.0
     """Window over which the reference of this body is smoothed [s], see `smooth_sample`."""
 
@@ -88,8 +91,13 @@ class Actuation(ABC):
         self._write(data, self.controller.command(state, reference))
 
 
-def actuation_for(model: mujoco.MjModel, body: str) -> Actuation:
+def actuation_for(model: mujoco.MjModel, body: str, max_tilt: float | None = None) -> Actuation:
     """The actuation of a body, by its joints.
+
+    Args:
+        model: compiled, with the body in it.
+        body: its name.
+        max_tilt: largest tilt that a free body may take [rad]; `MAX_TILT` when None.
 
     Raises:
         SceneError: no such body, or joints and actuators that no controller here can use.
@@ -105,7 +113,7 @@ def actuation_for(model: mujoco.MjModel, body: str) -> Actuation:
     if kinds and all(kind == mujoco.mjtJoint.mjJNT_SLIDE for kind in kinds):
         return SlideActuation(model, body)
     if kinds == [int(mujoco.mjtJoint.mjJNT_FREE)]:
-        return QuadrotorActuation(model, body)
+        return QuadrotorActuation(model, body, MAX_TILT if max_tilt is None else max_tilt)
     names = [mujoco.mjtJoint(kind).name.removeprefix("mjJNT_").lower() for kind in kinds]
     has = f"joints of type {', '.join(names)}" if names else "no joint"
     raise SceneError(f"body {body!r} has {has}: {VALID_BODIES}")
@@ -159,7 +167,7 @@ class SlideActuation(Actuation):
 class QuadrotorActuation(Actuation):
     """A free body with four rotors that push along the body's z axis."""
 
-    def __init__(self, model: mujoco.MjModel, body: str) -> None:
+    def __init__(self, model: mujoco.MjModel, body: str, max_tilt: float) -> None:
         super().__init__(model, body)
         joint = int(model.body_jntadr[self._id])
         self._qpos = int(model.jnt_qposadr[joint])
@@ -198,22 +206,24 @@ class QuadrotorActuation(Actuation):
         self._states = [int(model.actuator_actadr[rotor]) for rotor in rotors if lags[0] > 0.0]
         if max(lags) - min(lags) > 1e-9:
             raise SceneError(f"the rotors of body {body!r} have different lags {lags} s")
+        limits = ranges[:, 0], ranges[:, 1]
         try:
             self.controller = QuadrotorController(
-                mass, inertia, allocation, (ranges[:, 0], ranges[:, 1]),
-                motor_lag=lags[0], gravity=gravity, centre_of_mass=com,
-                heading=math.atan2(rotation[1, 0], rotation[0, 0]),
+                mass, inertia, allocation, limits, motor_lag=lags[0], gravity=gravity,
+                centre_of_mass=com, heading=math.atan2(rotation[1, 0], rotation[0, 0]),
                 time_step=float(model.opt.timestep),
             )  # fmt: skip
+            self.smoothing = self.controller.smoothing
+            self.rotors, usual = (
+                rotor_limits(
+                    mass, inertia, allocation, limits, gravity, max_tilt, self.smoothing, share
+                )
+                for share in (1.0, _FORCE_SHARE)
+            )
         except HzmpError as error:
             raise SceneError(f"body {body!r} cannot be flown: {error}") from error
         self._hover = self.controller.hover
-        # The same tilt (a / g) and body rates (j / g) as measured, and half of the spare thrust.
-        fall = float(np.linalg.norm(gravity))
-        spare = float(allocation[0] @ ranges[:, 1]) / mass - fall
-        velocity, acceleration, jerk = _QUADROTOR_LIMITS
-        share = min(1.0, fall / _EARTH, 0.5 * spare / acceleration)
-        self.default_limits = Limits(velocity, share * acceleration, share * jerk)
+        self.default_limits = usual.limits(_QUADROTOR_SPEED)
 
     def state(self, data: mujoco.MjData) -> BodyState:
         q, v = self._qpos, self._dof

@@ -16,7 +16,8 @@ from hzmp_planners.planning import Plan, PlanStatus, Verification
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_sim.settings import RunSettings
-from hzmp_tracking import Trajectory
+from hzmp_tracking import RotorLimits, Trajectory
+from hzmp_tracking.flatness import RotorUsage
 
 EXIT_CODES = {
     "goal_reached": 0,
@@ -42,14 +43,16 @@ def collect_metrics(
     simulated_per_wall: float | None,
     timings: dict[str, float],
     notes: Sequence[str],
+    rotors: RotorLimits | None = None,
 ) -> dict[str, Any]:
     """The metrics of a run; what a run without flight does not have is None.
 
     `notes` are what MuJoCo warned of in flight, such as an unstable simulation, or what may be
-    done about a way that is blocked.
+    done about a way that is blocked. `rotors` is all that the rotors of the body have.
     """
     error = None if log is None else log.tracking_error
     found = math.isfinite(plan.cost)
+    usage = None if trajectory is None or rotors is None else rotors.usage(trajectory)
     return {
         "status": _status(scene, plan, log, settings.goal_tolerance),
         "collision_steps": 0 if log is None else int(log.collision.sum()),
@@ -65,6 +68,10 @@ def collect_metrics(
         "tracking_error_rms_m": None if error is None else float(np.sqrt(np.mean(error**2))),
         "beyond_clearance_s": None if log is None else _longest_beyond(scene, log),
         "tilt_max_rad": None if log is None else float(log.tilt.max()),
+        "tilt_reference_max_rad": None if usage is None else usage.demand.tilt,
+        "thrust_usage": None if usage is None else usage.thrust,
+        "body_rate_reference_max_rad_s": None if usage is None else usage.demand.body_rate,
+        "body_rate_usage": None if usage is None else usage.body_rate,
         "goal_distance_m": None if log is None else _goal_distance(scene, log),
         "replans": 0,
         "replan_latency_ms": {"median": None, "p99": None, "max": None},
@@ -92,7 +99,12 @@ def collect_metrics(
         "seed": settings.seed,
         "disturbance": asdict(settings.disturbance),
         "disturbed_by": settings.disturbance.describe(),
-        "warnings": [*scene.warnings, *notes, *_flight_warnings(scene, log)],
+        "warnings": [
+            *scene.warnings,
+            *notes,
+            *_rotor_warnings(usage),
+            *_flight_warnings(scene, log),
+        ],
         "versions": _versions(),
     }
 
@@ -114,6 +126,17 @@ def _longest_beyond(scene: Scene, log: FlightLog) -> float:
     begins, ends = np.flatnonzero(off[1:] > off[:-1]), np.flatnonzero(off[1:] < off[:-1])
     step = float(log.time[1] - log.time[0]) if len(log.time) > 1 else 0.0
     return step * int((ends - begins).max(initial=0))
+
+
+def _rotor_warnings(usage: RotorUsage | None) -> list[str]:
+    """What the reference asks for that the rotors, or the body's shape, do not have."""
+    if usage is None:
+        return []
+    shares = (("thrust", usage.thrust), ("tilt", usage.tilt), ("body rate", usage.body_rate))
+    asked = [f"{100.0 * share:.0f} % of the {name}" for name, share in shares if share > 1.0]
+    if not asked:
+        return []
+    return [f"the reference asks for {' and '.join(asked)} that the body has: lower the limits"]
 
 
 def _flight_warnings(scene: Scene, log: FlightLog | None) -> list[str]:

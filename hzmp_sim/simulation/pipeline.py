@@ -51,7 +51,7 @@ def simulate(
     if out is not None:
         check_directory(out)  # before the work, not after it
     timings = {"scene": scene.reading_time}
-    actuation = actuation_for(scene.model, scene.body)
+    actuation = actuation_for(scene.model, scene.body, scene.shape.max_tilt)
     with _timed(timings, "decompose"), busy("Decomposing the free space"):
         space = scene.free_space()
     with _timed(timings, "graph"), busy("Finding shared faces"):
@@ -96,6 +96,7 @@ def simulate(
             simulated_per_wall=_speed(flight),
             timings=timings,
             notes=notes,
+            rotors=actuation.rotors,
         ),
     )
     if out is not None:

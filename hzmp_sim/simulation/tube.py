@@ -46,7 +46,7 @@ def tracking_tube(scene: Scene, settings: RunSettings = _DEFAULTS) -> float:
     model = copy.copy(scene.model)
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     empty = replace(scene, model=model)
-    actuation = actuation_for(scene.model, scene.body)
+    actuation = actuation_for(scene.model, scene.body, scene.shape.max_tilt)
     limits = settings.limits(actuation.default_limits)
     worst = 0.0
     for number in range(_FLIGHTS):

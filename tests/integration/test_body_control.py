@@ -9,6 +9,7 @@ from hzmp_planners.errors import SceneError
 from hzmp_planners.sets import Polytope
 from hzmp_sim.simulation.actuation import actuation_for
 from hzmp_tracking import Limits, Trajectory, time_parameterize
+from hzmp_tracking.smoothing import smooth_sample
 
 BODIES = Path(__file__).parents[2] / "models" / "bodies"
 DT = 0.002
@@ -42,7 +43,8 @@ def errors_of_flight(
         data.qpos[3:7] = [np.cos(tilt / 2), np.sin(tilt / 2), 0.0, 0.0]
     actuation.trim(data)
     mujoco.mj_forward(model, data)
-    sample = trajectory.sample(np.arange(int((trajectory.duration + hold) / DT)) * DT)
+    times = np.arange(int((trajectory.duration + hold) / DT)) * DT
+    sample = smooth_sample(trajectory, times, actuation.smoothing)
     lifted = [np.hstack([part, np.zeros((len(part), 1))]) for part in sample]
     lifted[0][:, 2] = HEIGHT
     centre = model.body(body).id

@@ -81,14 +81,14 @@ def test_limits_that_follow_from_rotors_ask_for_no_more() -> None:
     rng = np.random.default_rng(5)
     for rotors in (RotorLimits(2.0, 25.0, 0.4, 1.5), RotorLimits(7.0, 25.0, 0.6, 3.0),
                    RotorLimits(0.0, 12.0, 0.6, 2.0)):  # fmt: skip
-        limits = rotors.limits(speed=3.0)
+        limits = rotors.limits(3.0)
         points = np.cumsum(rng.uniform(-2.0, 2.0, (5, 3)), axis=0)
         lows = np.minimum(points[:-1], points[1:]) - 0.3
         highs = np.maximum(points[:-1], points[1:]) + 0.3
         cells = [Polytope.from_box(a, b) for a, b in zip(lows, highs, strict=True)]
         trajectory = time_parameterize(points, cells, limits)
-        usage = rotors.usage(rotor_demand(trajectory))
-        assert max(usage.values()) <= 1.0 + 1e-9
+        usage = rotors.usage(trajectory)
+        assert max(usage[:3]) <= 1.0 + 1e-9
         # Without slack in what binds: the limits are the largest that follow.
         worst = {"tilt": G * math.sin(rotors.tilt), "down": G - rotors.least_thrust,
                  "up": rotors.most_thrust - G}  # fmt: skip
@@ -99,9 +99,10 @@ def test_more_than_the_rotors_have_shows() -> None:
     rotors = RotorLimits(2.0, 25.0, 0.3, 1.0)
     corner = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 2.0]]
     trajectory = time_parameterize(corner, [EVERYWHERE] * 2, Limits(5.0, 9.0, 60.0))
-    usage = rotors.usage(rotor_demand(trajectory))
-    assert usage["tilt"] > 1.0
-    assert usage["body_rate"] > 1.0
+    usage = rotors.usage(trajectory)
+    assert usage.tilt > 1.0
+    assert usage.body_rate > 1.0
+    assert usage.demand == rotor_demand(trajectory)
 
 
 @pytest.mark.parametrize("wrong", [(10.0, 25.0, 0.4, 1.0), (0.0, 9.0, 0.4, 1.0),

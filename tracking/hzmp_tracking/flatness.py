@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hzmp_planners._arrays import Floats, as_point
+from hzmp_planners._arrays import Floats, as_point, frozen
 from hzmp_planners.errors import QueryError
 from hzmp_tracking.limits import Limits
 from hzmp_tracking.trajectory import Trajectory
@@ -82,30 +82,32 @@ def rotor_demand(trajectory: Trajectory, gravity: ArrayLike = _EARTH) -> RotorDe
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RotorLimits:
-    """What the rotors of a body can give.
+    """What the rotors of a body can give, or the share of it that a reference may use.
 
     Raises:
+        ShapeError: gravity is no finite array (3,).
         QueryError: the body cannot hover, or a bound that is not positive.
     """
 
     least_thrust: float
-    """Of all rotors together, over the mass [m/s^2]."""
+    """Of all rotors together, over the mass, at least 0 [m/s^2]."""
     most_thrust: float
     """The same at most [m/s^2]."""
     tilt: float
-    """Of the reference at most, at least 0, below a right angle [rad]."""
+    """Between 0 and a right angle [rad]."""
     body_rate: float
-    """Of the reference about x and y at most [rad/s]."""
-    gravity: float = 9.81
-    """Size of the acceleration of free fall [m/s^2]."""
+    """About the body's x and y axes [rad/s]."""
+    gravity: ArrayLike = _EARTH
+    """Acceleration of free fall, shape (3,) [m/s^2]."""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.least_thrust < self.gravity < self.most_thrust < math.inf:
+        object.__setattr__(self, "gravity", frozen(as_point(self.gravity, "gravity", 3).copy()))
+        if not 0.0 <= self.least_thrust < self.fall < self.most_thrust < math.inf:
             raise QueryError(
                 f"thrust over mass from {self.least_thrust:g} to {self.most_thrust:g} m/s^2 leaves "
-                f"nothing on one side of hovering at {self.gravity:g} m/s^2"
+                f"nothing on one side of hovering at {self.fall:g} m/s^2"
             )
         if not (0.0 < self.tilt < 0.5 * math.pi and 0.0 < self.body_rate < math.inf):
             raise QueryError(
@@ -113,33 +115,54 @@ class RotorLimits:
                 f"{self.tilt} and {self.body_rate}"
             )
 
-    def limits(self, speed: float) -> Limits:
+    @property
+    def fall(self) -> float:
+        """Size of the acceleration of free fall [m/s^2]."""
+        return float(np.linalg.norm(np.asarray(self.gravity)))
+
+    @property
+    def acceleration(self) -> float:
+        """Largest A such that an acceleration of norm A in any direction is within them [m/s^2].
+
+        It tilts the thrust by at most asin(A / g) and keeps it within g - A and g + A.
+        """
+        g = self.fall
+        return min(g * math.sin(self.tilt), g - self.least_thrust, self.most_thrust - g)
+
+    def limits(self, velocity: ArrayLike) -> Limits:
         """Kinematic limits within which no trajectory asks for more than this.
 
-        An acceleration of norm A tilts the thrust by at most asin(A / g), keeps it within g - A and
-        g + A, and a jerk of norm J turns it by at most J / (g - A): A is the largest such, J follows.
+        A jerk of norm J turns the thrust by at most J / (g - A).
 
         Args:
-            speed: on each axis [m/s]; thrust does not depend on it.
+            velocity: on each axis [m/s], a scalar or (n,); thrust does not depend on it.
         """
-        g = self.gravity
-        a = min(g * math.sin(self.tilt), g - self.least_thrust, self.most_thrust - g)
-        j = self.body_rate * (g - a)
-        return Limits(speed, a, j, total_acceleration=a, total_jerk=j)
+        a = self.acceleration
+        j = self.body_rate * (self.fall - a)
+        return Limits(velocity, a, j, total_acceleration=a, total_jerk=j)
 
-    def usage(self, demand: RotorDemand) -> dict[str, float]:
-        """Shares of the limits that are asked for, at most 1 if the rotors can give it.
-
-        `thrust` counts from hovering, up or down, whichever is more; then `tilt` and `body_rate`.
-        """
-        g = self.gravity
+    def usage(self, trajectory: Trajectory) -> RotorUsage:
+        """What a trajectory of the centre of mass asks for, exactly, as shares of these limits."""
+        demand, g = rotor_demand(trajectory, self.gravity), self.fall
         above = (demand.most_thrust - g) / (self.most_thrust - g)
         below = (g - demand.least_thrust) / (g - self.least_thrust)
-        return {
-            "thrust": max(above, below, 0.0),
-            "tilt": demand.tilt / self.tilt,
-            "body_rate": demand.body_rate / self.body_rate,
-        }
+        return RotorUsage(
+            max(above, below, 0.0),
+            demand.tilt / self.tilt,
+            demand.body_rate / self.body_rate,
+            demand,
+        )
+
+
+class RotorUsage(NamedTuple):
+    """Shares of `RotorLimits` that are asked for: at most 1 where the rotors can give it."""
+
+    thrust: float
+    """Counted from hovering, up or down, whichever is more."""
+    tilt: float
+    body_rate: float
+    demand: RotorDemand
+    """What is asked for."""
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

@@ -32,7 +32,8 @@ def plot_trajectory(trajectory: Trajectory, axes: Any = None) -> Any:
         for axis, name in enumerate(names):
             ax.plot(times, values[:, axis], color=f"C{axis}", label=name, linewidth=1.2)
         if bound is not None:
-            for level in np.unique(np.concatenate([bound, -bound])).tolist():
+            tight = bound[bound < norm]  # what a norm bounds more tightly is drawn once
+            for level in np.unique(np.concatenate([tight, -tight])).tolist():
                 ax.axhline(level, color="0.5", linestyle=":", linewidth=1.0)
         if np.isfinite(norm):
             ax.plot(times, np.linalg.norm(values, axis=1), color="0.2", label="norm", linewidth=1.2)

@@ -72,17 +72,18 @@ def stop_trajectory(
     if safe:
         return safe[0]
     straight = brake_straight(point, v, a, limits, (0, 1))
-    found = [_spline_stop(point, v, a, cell, limits, braking.duration) for cell in chain]
-    if straight is not None:
-        found += [stop for cell in chain if _safe(stop := _in_cell(straight, cell, limits))]
-    later = [stop for stop in found if stop is not None]
-    if not later:
+    lines = [] if straight is None else [_in_cell(straight, cell, limits) for cell in chain]
+    found = [line for line in lines if _safe(line)]
+    if not found or found[0].duration > (1.0 + _RESOLUTION) * braking.duration:
+        searched = [_spline_stop(point, v, a, cell, limits, braking.duration) for cell in chain]
+        found += [stop for stop in searched if stop is not None]
+    if not found:
         least = min(stop.containment for stop in stops)
         raise QueryError(
             f"no stop inside the cell was found from {point.tolist()} at {v.tolist()} m/s: "
             f"braking on every axis at once leaves it by {least:.3g} m"
         )
-    return min(later, key=lambda stop: stop.duration)
+    return min(found, key=lambda stop: stop.duration)
 
 
 def _safe(stop: Trajectory) -> bool:

@@ -1,7 +1,8 @@
 """Straight rest-to-rest motion along a polyline, and the first move from a given state (ruckig).
 
-On a straight segment the limits of axes and norms become limits of the arc length: one scalar ruckig
-profile is time-optimal there and stays on the line exactly: inside, by convexity of the cells.
+On a straight segment the limits of axes and norms become limits of the arc length, so one scalar
+ruckig profile is time-optimal there and stays on the line exactly: inside, by convexity of the
+cells.
 """
 
 from __future__ import annotations

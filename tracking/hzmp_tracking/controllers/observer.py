@@ -9,7 +9,7 @@ from hzmp_planners.errors import QueryError
 
 
 class DisturbanceObserver:
-    """Luenberger observer of v' = u + d, d' = 0, with both poles at -w: d is known after some 4 / w.
+    """Luenberger observer of v' = u + d, d' = 0, with both poles at -w: it knows d after 4 / w.
 
     It sees what the actuators give, not what was asked of them, so that it does not wind up when
     they saturate.
@@ -40,8 +40,10 @@ class DisturbanceObserver:
         self._velocity: list[float] = []
         self._disturbance = [0.0, 0.0, 0.0]
 
-    def update(self, velocity: Sequence[float], acceleration: Sequence[float]) -> list[float]:
-        """The disturbance seen so far, (3,) [m/s^2].
+    def update(
+        self, velocity: Sequence[float], acceleration: Sequence[float]
+    ) -> tuple[list[float], list[float]]:
+        """Velocity with less noise than measured [m/s], and disturbance [m/s^2], each (3,).
 
         Args:
             velocity: measured now, (3,) [m/s].
@@ -54,10 +56,9 @@ class DisturbanceObserver:
         size = math.sqrt(sum(d * d for d in found))
         share = min(1.0, self._most / size) if size > 0.0 else 1.0
         self._disturbance = [share * d for d in found]
+        known = [seen + self._fast * e for seen, e in zip(self._velocity, errors, strict=True)]
         self._velocity = [
-            seen + self._fast * e + self._dt * (u + d)
-            for seen, e, u, d in zip(
-                self._velocity, errors, acceleration, self._disturbance, strict=True
-            )
+            v + self._dt * (u + d)
+            for v, u, d in zip(known, acceleration, self._disturbance, strict=True)
         ]
-        return self._disturbance
+        return known, self._disturbance

@@ -72,7 +72,7 @@ class QuadrotorController:
         natural_frequency: float = 5.0,
         lead_time: float = 0.01,
         time_step: float = 0.002,
-        observer_frequency: float = 8.0,
+        observer_frequency: float = 15.0,
     ) -> None:
         J, com = as_floats(inertia, "inertia", 2), as_floats(centre_of_mass, "centre_of_mass", 1)
         low, high = (as_floats(limit, "thrust_limits", 1) for limit in thrust_limits)
@@ -114,6 +114,7 @@ class QuadrotorController:
         self._kp, self._kv = natural_frequency**2, 2.0 * natural_frequency
         fast, slow = 4.0 * natural_frequency, natural_frequency
         self._kR, self._kW = (fast**2, fast**2, slow**2), (2.0 * fast, 2.0 * fast, 2.0 * slow)
+        self.smoothing = 1.0 / fast + motor_lag
         self.reset()
 
     def reset(self) -> None:
@@ -134,7 +135,7 @@ class QuadrotorController:
         velocity = self._velocity(state, (x_b, y_b, z_b))
         lift = sum(c * t for c, t in zip(self._lift, self._thrusts, strict=True)) / self._mass
         pushed = [lift * z + g for z, g in zip(z_b, self._g, strict=True)]
-        self._push = self._observer.update(velocity, pushed)
+        velocity, self._push = self._observer.update(velocity, pushed)
         force, x_d, y_d, z_d = self._attitude(velocity, state, reference)
         wanted, change = self._rates(velocity, reference, force, x_d, y_d, z_d)
         # e_R = vee(R_d' R - R' R_d) / 2; wanted rates seen from the body's own axes.
