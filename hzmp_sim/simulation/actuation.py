@@ -28,6 +28,7 @@ from hzmp_sim.simulation.actuators import (
 )
 from hzmp_tracking import Limits, RotorLimits
 from hzmp_tracking.controllers import (
+    REFERENCE_SHARE,
     BodyState,
     Controller,
     PointController,
@@ -39,7 +40,6 @@ from hzmp_tracking.controllers import (
 _AXIS_TOL = 1e-6
 _POINT_LIMITS = (2.0, 4.0, 30.0)  # [m/s, m/s^2, m/s^3] comfortable for a camera and a report
 _QUADROTOR_SPEED = 2.0  # [m/s] on each axis, as comfortable
-_FORCE_SHARE = 0.8  # of actuators and tilt, for the reference; the rest is for feedback
 
 
 class Actuation(ABC):
@@ -172,8 +172,8 @@ class QuadrotorActuation(Actuation):
         joint = int(model.body_jntadr[self._id])
         self._qpos = int(model.jnt_qposadr[joint])
         self._dof = int(model.jnt_dofadr[joint])
-        self._rotors = rotors = site_thrusts(model, body)
-        self.actuators = tuple(rotors)
+        self._motors = motors = site_thrusts(model, body)
+        self.actuators = tuple(motors)
         data = at_rest(model)
         mass, com, inertia = rigid_body(model, data, self._dof)
         if model.dof_armature[self._dof : self._dof + 6].any():
@@ -186,7 +186,7 @@ class QuadrotorActuation(Actuation):
         gravity = -weight / mass
         rotation = data.xmat[self._id].reshape(3, 3)
         allocation = np.zeros((4, 4))
-        for k, rotor in enumerate(rotors):
+        for k, rotor in enumerate(motors):
             site = int(model.actuator_trnid[rotor, 0])
             frame = rotation.T @ data.site_xmat[site].reshape(3, 3)
             arm = rotation.T @ (data.site_xpos[site] - data.xpos[self._id]) - com
@@ -199,11 +199,11 @@ class QuadrotorActuation(Actuation):
             torque = frame @ model.actuator_gear[rotor, 3:] + np.cross(arm, force)
             gain = float(model.actuator_gainprm[rotor, 0])
             allocation[:, k] = gain * np.array([force[2], *torque])
-        ranges = np.array([control_range(model, rotor) for rotor in rotors])
+        ranges = np.array([control_range(model, rotor) for rotor in motors])
         if not np.isfinite(ranges).all():
             raise SceneError(f"the rotors of body {body!r} need a ctrlrange: it bounds the thrust")
-        lags = [lag(model, rotor) for rotor in rotors]
-        self._states = [int(model.actuator_actadr[rotor]) for rotor in rotors if lags[0] > 0.0]
+        lags = [lag(model, rotor) for rotor in motors]
+        self._states = [int(model.actuator_actadr[rotor]) for rotor in motors if lags[0] > 0.0]
         if max(lags) - min(lags) > 1e-9:
             raise SceneError(f"the rotors of body {body!r} have different lags {lags} s")
         limits = ranges[:, 0], ranges[:, 1]
@@ -214,16 +214,14 @@ class QuadrotorActuation(Actuation):
                 time_step=float(model.opt.timestep),
             )  # fmt: skip
             self.smoothing = self.controller.smoothing
-            self.rotors, usual = (
-                rotor_limits(
-                    mass, inertia, allocation, limits, gravity, max_tilt, self.smoothing, share
-                )
-                for share in (1.0, _FORCE_SHARE)
+            rotors = rotor_limits(
+                mass, inertia, allocation, limits, gravity, max_tilt, self.smoothing
             )
         except HzmpError as error:
             raise SceneError(f"body {body!r} cannot be flown: {error}") from error
         self._hover = self.controller.hover
-        self.default_limits = usual.limits(_QUADROTOR_SPEED)
+        self.rotors = rotors
+        self.default_limits = rotors.scaled(REFERENCE_SHARE).limits(_QUADROTOR_SPEED)
 
     def state(self, data: mujoco.MjData) -> BodyState:
         q, v = self._qpos, self._dof
@@ -232,7 +230,7 @@ class QuadrotorActuation(Actuation):
         return BodyState(pose[:3], twist[:3], pose[3:], twist[3:])
 
     def _write(self, data: mujoco.MjData, command: tuple[float, ...]) -> None:
-        for rotor, value in zip(self._rotors, command, strict=True):
+        for rotor, value in zip(self._motors, command, strict=True):
             data.ctrl[rotor] = value
 
     def trim(self, data: mujoco.MjData) -> None:
@@ -260,5 +258,5 @@ def _slide_limits(
             f"axis nothing of {list(limits)} N is left to accelerate"
         )
     velocity, acceleration, jerk = _POINT_LIMITS
-    share = min(1.0, _FORCE_SHARE * min(spare) / acceleration)
+    share = min(1.0, REFERENCE_SHARE * min(spare) / acceleration)
     return Limits(velocity, share * acceleration, share * jerk)

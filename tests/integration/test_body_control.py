@@ -43,7 +43,7 @@ def errors_of_flight(
         data.qpos[3:7] = [np.cos(tilt / 2), np.sin(tilt / 2), 0.0, 0.0]
     actuation.trim(data)
     mujoco.mj_forward(model, data)
-    times = np.arange(int((trajectory.duration + hold) / DT)) * DT
+    times: Floats = DT * np.arange(int((trajectory.duration + hold) / DT), dtype=np.float64)
     sample = smooth_sample(trajectory, times, actuation.smoothing)
     lifted = [np.hstack([part, np.zeros((len(part), 1))]) for part in sample]
     lifted[0][:, 2] = HEIGHT
@@ -79,6 +79,24 @@ def test_quadrotor_follows_faster_limits() -> None:
     model, body = attached("quadrotor/body.xml", "quadrotor")
     trajectory = time_parameterize(WAYPOINTS, CELLS, Limits(2.0, 4.0, 20.0))
     assert errors_of_flight(model, body, trajectory).max() <= 0.020
+
+
+def test_default_limits_of_the_quadrotor_follow_from_its_rotors() -> None:
+    model, body = attached("quadrotor/body.xml", "quadrotor")
+    actuation = actuation_for(model, body)
+    assert actuation.rotors is not None
+    assert actuation.rotors.most_thrust == pytest.approx(18.0 / 0.6)
+    limits = actuation.default_limits
+    assert limits.total_acceleration == pytest.approx(9.81 * np.sin(0.8 * 0.6))
+    usage = actuation.rotors.usage(time_parameterize(WAYPOINTS, CELLS, limits))
+    assert max(usage[:3]) <= 0.8 * (1.0 + 1e-3)
+    # Weaker motors bound the thrust, and with it everything.
+    model.actuator_ctrlrange[:, 1] = 1.2 * 0.6 * 9.81 / 4.0
+    weak = actuation_for(model, body).default_limits
+    assert weak.total_acceleration == pytest.approx(0.8 * 0.2 * 9.81)
+    assert actuation_for(model, body, max_tilt=0.1).default_limits.total_acceleration == (
+        pytest.approx(9.81 * np.sin(0.08))
+    )
 
 
 def test_quadrotor_hovers_still() -> None:

@@ -89,7 +89,10 @@ def test_what_does_not_go_on_is_refused(curve: Trajectory) -> None:
 
 
 @pytest.mark.parametrize("name", FORMATS)
-@pytest.mark.parametrize("limits", [LIMITS, Limits([2.0, 1.0], 4.0, [30.0, 20.0])])
+@pytest.mark.parametrize(
+    "limits",
+    [LIMITS, Limits([2.0, 1.0], 4.0, [30.0, 20.0]), Limits(2.0, 4.0, 20.0, total_jerk=18.0)],
+)
 def test_files_keep_every_bit(tmp_path: Path, name: str, limits: Limits) -> None:
     curve = time_parameterize([[0.5, 0.5], [3.0, 0.5], [3.5, 0.7]], CELLS[:2], limits)
     curve.save(tmp_path / name)

@@ -75,6 +75,54 @@ def random_boxes(rng: np.random.Generator, K: int, n: int) -> tuple[Floats, list
     return np.array(points), cells
 
 
+@pytest.mark.parametrize(("K", "n", "seed"), [(2, 3, 0), (4, 2, 1), (6, 3, 2), (9, 2, 3),
+                                              (12, 3, 4)])  # fmt: skip
+@pytest.mark.parametrize(
+    "limits",
+    [
+        Limits(2.0, 4.0, 20.0, speed=2.0, total_acceleration=4.0, total_jerk=20.0),
+        Limits(2.0, 4.0, 20.0, total_acceleration=2.5),
+        Limits(2.0, 3.0, 20.0, speed=2.5, total_jerk=25.0),
+    ],
+)
+def test_norms_are_kept_at_every_instant(K: int, n: int, seed: int, limits: Limits) -> None:
+    points, cells = random_boxes(np.random.default_rng(seed), K, n)
+    trajectory = time_parameterize(points, cells, limits)
+    check(trajectory, points, cells, limits)
+    sample = trajectory.sample(np.linspace(0.0, trajectory.duration, 40_001)[:-1])
+    rows = zip(trajectory.norm_peaks, sample[1:], limits.norms, strict=True)
+    for peak, values, norm in rows:
+        dense = float(np.linalg.norm(values, axis=1).max())
+        assert peak <= norm * (1.0 + 1e-9)
+        assert dense - 1e-9 <= peak <= dense + 1e-3  # over all instants, and not above them
+    usage = trajectory.limit_usage[:, -1]
+    assert usage == pytest.approx(trajectory.norm_peaks / np.array(limits.norms))
+    assert trajectory.limit_usage.max() > 0.999
+
+
+def test_norms_from_a_moving_start() -> None:
+    limits = Limits(2.0, 4.0, 20.0, speed=2.0, total_acceleration=4.0, total_jerk=20.0)
+    whole = time_parameterize(*L_SHAPE, limits)
+    for t in (0.25, 0.5, 0.75):
+        state = whole.sample(t * whole.duration)
+        piece = int(np.searchsorted(whole.breakpoints, t * whole.duration, side="right")) - 1
+        k = int(whole.piece_cells[piece])
+        points = np.vstack([state.position, whole.waypoints[k + 1 :]])
+        rest = time_parameterize(
+            points, whole.cells[k:], limits, state.velocity[0], state.acceleration[0]
+        )
+        assert rest.limit_usage.max() <= 1.0 + 1e-9
+        assert rest.containment <= 0.0
+    with pytest.raises(QueryError, match=r"in all; the limit is 2"):
+        time_parameterize(*L_SHAPE, limits, start_velocity=[1.8, 1.8])
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), [1.0, 2.0]])
+def test_norms_that_make_no_sense_are_refused(bad: Any) -> None:
+    with pytest.raises((QueryError, ShapeError), match="total_jerk"):
+        Limits(total_jerk=bad)
+
+
 @pytest.mark.parametrize(("K", "n", "seed"), [(2, 2, 0), (5, 3, 1), (9, 2, 2), (9, 3, 3),
                                               (25, 3, 4), (40, 2, 5)])  # fmt: skip
 def test_random_chains_of_touching_boxes(K: int, n: int, seed: int) -> None:

@@ -129,6 +129,14 @@ class RotorLimits:
         g = self.fall
         return min(g * math.sin(self.tilt), g - self.least_thrust, self.most_thrust - g)
 
+    def scaled(self, share: float) -> RotorLimits:
+        """A share, above 0 and at most 1, of tilt, of thrust beyond hovering, and of body rate."""
+        g = self.fall
+        return RotorLimits(
+            g - share * (g - self.least_thrust), g + share * (self.most_thrust - g),
+            share * self.tilt, share * self.body_rate, self.gravity,
+        )  # fmt: skip
+
     def limits(self, velocity: ArrayLike) -> Limits:
         """Kinematic limits within which no trajectory asks for more than this.
 

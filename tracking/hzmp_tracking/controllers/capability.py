@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import as_floats, as_point
 from hzmp_tracking.flatness import RotorLimits
+
+REFERENCE_SHARE = 0.8
+"""Of what rotors have, what a reference may use: the rest is for feedback."""
 
 
 def rotor_limits(
@@ -17,15 +22,15 @@ def rotor_limits(
     gravity: ArrayLike,
     max_tilt: float,
     window: float,
-    share: float = 1.0,
 ) -> RotorLimits:
     """Thrust, tilt and body rate that a reference may ask for.
 
     The body rate is bounded by torque: where the jerk of a trajectory is turned around, its
     direction of thrust turns back, within the window over which the reference is smoothed. That
     takes the angular acceleration 2 rate / window, about any horizontal axis, and the rotors must
-    have the torque for it even where they carry least or most. Rotor k gives w_k . alpha for the
-    angular acceleration alpha, so that alpha <= min over k of room_k / |w_k|.
+    have the torque for it even at the least and the most that references within `REFERENCE_SHARE`
+    let them carry. Rotor k gives w_k . alpha for the angular acceleration alpha, so that
+    alpha <= min over k of room_k / |w_k|.
 
     Args:
         mass: [kg].
@@ -35,7 +40,6 @@ def rotor_limits(
         gravity: shape (3,) [m/s^2].
         max_tilt: largest tilt of the body [rad].
         window: over which the reference is smoothed [s].
-        share: of tilt, spare thrust and torque that the reference may use.
 
     Raises:
         ShapeError: a shape, or an entry that is not finite.
@@ -45,12 +49,10 @@ def rotor_limits(
     low, high = (as_floats(limit, "thrust_limits", 1) for limit in thrust_limits)
     fall = float(np.linalg.norm(as_point(gravity, "gravity", 3)))
     least, most = (float(matrix[0] @ limit) / mass for limit in (low, high))
-    bounds = fall - share * (fall - max(least, 0.0)), fall + share * (most - fall)
     inverse = np.linalg.inv(matrix)
-    # The reference itself only goes as far as its acceleration, see `RotorLimits.limits`.
-    free = RotorLimits(*bounds, tilt=share * max_tilt, body_rate=1.0, gravity=gravity)
-    thrusts = np.outer([fall - free.acceleration, fall + free.acceleration], mass * inverse[:, 0])
+    thrusts_only = RotorLimits(max(least, 0.0), most, max_tilt, body_rate=1.0, gravity=gravity)
+    a = thrusts_only.scaled(REFERENCE_SHARE).acceleration
+    thrusts = np.outer([fall - a, fall + a], mass * inverse[:, 0])
     room = np.minimum(thrusts - low, high - thrusts).min(axis=0)
     turning = np.linalg.norm(inverse[:, 1:3] @ J[:2, :2], axis=1)
-    rate = 0.5 * window * share * float((room / turning).min())
-    return RotorLimits(*bounds, tilt=share * max_tilt, body_rate=rate, gravity=gravity)
+    return replace(thrusts_only, body_rate=0.5 * window * float((room / turning).min()))
