@@ -41,7 +41,9 @@ from hzmp_sim.simulation import audit as audit
 from hzmp_sim.simulation import simulate as simulate
 from hzmp_sim.simulation import tracking_tube as tracking_tube
 from hzmp_tracking import Limits as Limits
+from hzmp_tracking import RotorLimits as RotorLimits
 from hzmp_tracking import Trajectory as Trajectory
+from hzmp_tracking import rotor_demand as rotor_demand
 from hzmp_tracking import stop_trajectory as stop_trajectory
 from hzmp_tracking import time_parameterize as time_parameterize
 
@@ -71,6 +73,7 @@ __all__ = [
     "Planner",
     "Polytope",
     "QueryError",
+    "RotorLimits",
     "Run",
     "RunSettings",
     "Scene",
@@ -88,6 +91,7 @@ __all__ = [
     "plan_any",
     "plan_corridors",
     "plan_many",
+    "rotor_demand",
     "simulate",
     "stop_trajectory",
     "time_parameterize",
