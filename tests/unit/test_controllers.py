@@ -140,6 +140,7 @@ def test_snap_becomes_angular_acceleration() -> None:
 
 def test_what_is_unknown_is_held_against_and_forgotten_by_reset() -> None:
     controller, dt, wind = quadrotor(time_step=0.002), 0.002, 1.5
+    thrusts: tuple[float, ...] = ()
     at, velocity = Reference((0.0,) * 3), 0.0
     for _ in range(1000):  # pushed along z, held in place by nothing: only its velocity tells
         thrusts = controller.command(BodyState((0.0,) * 3, (0.0, 0.0, velocity)), at)
@@ -153,7 +154,8 @@ def test_what_is_unknown_is_held_against_and_forgotten_by_reset() -> None:
 def test_observer_finds_a_constant_push_and_believes_no_more_than_told() -> None:
     dt = 0.002
     for push, found in (([0.5, -1.0, 0.2], [0.5, -1.0, 0.2]), ([0.0, 9.0, 0.0], [0.0, 3.0, 0.0])):
-        observer, velocity, thrust = DisturbanceObserver(15.0, dt, 3.0), np.zeros(3), np.zeros(3)
+        observer, velocity = DisturbanceObserver(15.0, dt, 3.0), np.zeros(3)
+        seen: list[float] = []
         for k in range(1500):
             thrust = np.array([math.sin(k * dt), 0.3, -0.1])
             _, seen = observer.update(velocity.tolist(), thrust.tolist())
