@@ -133,7 +133,7 @@ def _rotor_warnings(usage: RotorUsage | None) -> list[str]:
     if usage is None:
         return []
     shares = (("thrust", usage.thrust), ("tilt", usage.tilt), ("body rate", usage.body_rate))
-    asked = [f"{100.0 * share:.0f} % of the {name}" for name, share in shares if share > 1.0]
+    asked = [f"{100.0 * share:.1f} % of the {name}" for name, share in shares if share > 1.0]
     if not asked:
         return []
     return [f"the reference asks for {' and '.join(asked)} that the body has: lower the limits"]
