@@ -38,7 +38,7 @@ format: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/planner.py
-	$(BIN)/python benchmarks/trajectories.py
+	$(BIN)/python -m benchmarks.trajectories
 	$(BIN)/python benchmarks/flights.py
 	$(BIN)/python -m benchmarks.sets
 	$(BIN)/python benchmarks/bevels.py

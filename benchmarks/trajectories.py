@@ -2,15 +2,17 @@
 
 Each scene is planned to 0.1 %, its path and cells are scaled so that the workspace is 10 m wide,
 and timed within 2 m/s, 4 m/s^2 and 20 m/s^3 on each axis. Beside it: resting at each waypoint,
-which is what state-to-state generators give, and for reference corridors the best duration known.
+which is what state-to-state generators give, for reference corridors the best duration known, and
+other libraries where they are installed (`pip install 'hzmp-sim[bench]'`).
 
-    python benchmarks/trajectories.py tests/data/scenes tests/data
+    python -m benchmarks.trajectories tests/data/scenes tests/data
 """
 
 from __future__ import annotations
 
 import json
 import statistics
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -22,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hzmp_sim as hz
+from benchmarks import trajectory_peers as peers
 
 LIMITS = hz.Limits(velocity=2.0, acceleration=4.0, jerk=20.0)
 SIZE = 10.0
@@ -74,24 +77,53 @@ def measured(corridor: Corridor) -> tuple[hz.Trajectory, float]:
     return trajectory, 1e3 * (time.process_time() - began)
 
 
+PEERS: dict[str, tuple[str, peers.Peer]] = {
+    "toppra": ("toppra", peers.time_by_toppra),
+    "Drake": ("pydrake", peers.time_by_drake),
+}
+"""Module and function of each."""
+
+
+def by_peers(corridor: Corridor, names: Sequence[str], runs: int) -> dict[str, peers.Timed | None]:
+    """What other libraries make of a corridor; CPU times are medians."""
+    found: dict[str, peers.Timed | None] = {}
+    for name in names:
+        function = PEERS[name][1]
+        timed = [function(corridor.waypoints, corridor.cells, LIMITS) for _ in range(runs)]
+        done = [one for one in timed if one is not None]
+        cpu = statistics.median(one.cpu for one in done) if done else 0.0
+        found[name] = done[0]._replace(cpu=cpu) if done else None
+    return found
+
+
 def main(
     scenes: Path = Path("tests/data/scenes"), corridors: Path = Path("tests/data"), *, runs: int = 3
 ) -> None:
-    """Print a Markdown table.
+    """Print two Markdown tables: ours, and beside other libraries.
 
     Args:
         scenes: holds boxscene files (JSON).
         corridors: holds reference corridors.
         runs: how often each is timed; CPU times are medians.
     """
-    columns = (
+    names = [name for name, (module, _) in PEERS.items() if peers.installed(module)]
+    for name in PEERS.keys() - set(names):
+        print(
+            f"{name}: not measured, not installed (pip install 'hzmp-sim[bench]')", file=sys.stderr
+        )
+    own = [
         "corridor", "cells", "at each waypoint at rest [s]", "trajectory [s]", "ratio",
         "best known [s]", "limits used", "containment [mm]", "CPU [ms]",
-    )  # fmt: skip
-    print("| " + " | ".join(columns) + " |")
-    print("|---" * len(columns) + "|")
+    ]  # fmt: skip
+    beside = ["corridor", "ours [s]"]
+    for name in names:
+        beside += [f"{name} [s]", f"{name} / ours", f"{name} outside [mm]", f"{name}: limits used",
+                   f"{name} CPU [ms]"]  # fmt: skip
     ratios: list[float] = []
     spent: list[float] = []
+    rows: list[list[str]] = []
+    versus: dict[str, list[tuple[float, peers.Timed]]] = {name: [] for name in names}
+    print(_line(own) + "\n" + "|---" * len(own) + "|")
     for corridor in [*planned(scenes), *references(corridors)]:
         timed = [measured(corridor) for _ in range(runs)]
         trajectory = timed[0][0]
@@ -103,11 +135,36 @@ def main(
             f"| {corridor.name} | {len(corridor.cells)} | {rest:.3f} | "
             f"{trajectory.duration:.3f} | {ratios[-1]:.3f} | {best} | "
             f"{trajectory.limit_usage.max():.9f} | {1e3 * trajectory.containment:.3f} | "
-            f"{spent[-1]:.0f} |"
+            f"{spent[-1]:.0f} |",
+            flush=True,
         )
+        row = [corridor.name, f"{trajectory.duration:.3f}"]
+        for name, peer in by_peers(corridor, names, runs).items():
+            if peer is None:
+                row += ["none found", "", "", "", ""]
+                continue
+            share = peer.duration / trajectory.duration
+            versus[name].append((share, peer))
+            usage = " / ".join(f"{value:.3f}" for value in peer.usage)
+            row += [f"{peer.duration:.3f}", f"{share:.3f}", f"{1e3 * peer.outside:.3f}", usage,
+                    f"{peer.cpu:.0f}"]  # fmt: skip
+        rows.append(row)
     print(
         f"| median | | | | {statistics.median(ratios):.3f} | | | | {statistics.median(spent):.0f} |"
     )
+    if names:
+        median = ["median", ""]
+        for name in names:
+            shares, found = zip(*versus[name], strict=True)
+            outside = 1e3 * statistics.median(one.outside for one in found)
+            cpu = statistics.median(one.cpu for one in found)
+            median += ["", f"{statistics.median(shares):.3f}", f"{outside:.3f}", "", f"{cpu:.0f}"]
+        print("\n" + _line(beside) + "\n" + "|---" * len(beside) + "|")
+        print("\n".join(_line(row) for row in [*rows, median]))
+
+
+def _line(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
 
 
 if __name__ == "__main__":

@@ -29,19 +29,35 @@ from hzmp_planners.sets import HybridZonotope as HybridZonotope
 from hzmp_planners.sets import Polytope as Polytope
 from hzmp_planners.sets import Zonotope as Zonotope
 from hzmp_planners.sets import contact as contact
+from hzmp_sim.motion.drives import Drives as Drives
+from hzmp_sim.motion.paths import Callback as Callback
+from hzmp_sim.motion.paths import Circle as Circle
+from hzmp_sim.motion.paths import Swing as Swing
+from hzmp_sim.motion.prediction import Prediction as Prediction
+from hzmp_sim.motion.prediction import Predictor as Predictor
+from hzmp_sim.motion.reading import read_motion as read_motion
+from hzmp_sim.motion.script import Goal as Goal
+from hzmp_sim.motion.script import Motion as Motion
+from hzmp_sim.motion.script import MotionScript as MotionScript
+from hzmp_sim.motion.source import Slabs as Slabs
+from hzmp_sim.motion.waypoints import Keyframes as Keyframes
+from hzmp_sim.motion.waypoints import Waypoints as Waypoints
 from hzmp_sim.run import FlightLog as FlightLog
 from hzmp_sim.run import Run as Run
 from hzmp_sim.scene import ConvexDecomposition as ConvexDecomposition
 from hzmp_sim.scene import Scene as Scene
 from hzmp_sim.scene import load_scene as load_scene
 from hzmp_sim.settings import Disturbance as Disturbance
+from hzmp_sim.settings import Replanning as Replanning
 from hzmp_sim.settings import RunSettings as RunSettings
 from hzmp_sim.simulation import Audit as Audit
 from hzmp_sim.simulation import audit as audit
 from hzmp_sim.simulation import simulate as simulate
 from hzmp_sim.simulation import tracking_tube as tracking_tube
 from hzmp_tracking import Limits as Limits
+from hzmp_tracking import RotorLimits as RotorLimits
 from hzmp_tracking import Trajectory as Trajectory
+from hzmp_tracking import rotor_demand as rotor_demand
 from hzmp_tracking import stop_trajectory as stop_trajectory
 from hzmp_tracking import time_parameterize as time_parameterize
 
@@ -50,35 +66,49 @@ __version__ = "0.1.0"
 __all__ = [
     "Activity",
     "Audit",
+    "Callback",
     "Choice",
+    "Circle",
     "ConstrainedConvexGenerator",
     "ConstrainedZonotope",
     "Contact",
     "ContactKind",
     "ConvexDecomposition",
     "Disturbance",
+    "Drives",
     "Ellipsotope",
     "FlightLog",
     "FreeSpace",
+    "Goal",
     "HybridZonotope",
     "HzmpError",
     "Improvement",
+    "Keyframes",
     "LeafGraph",
     "LimitError",
     "Limits",
+    "Motion",
+    "MotionScript",
     "Plan",
     "PlanStatus",
     "Planner",
     "Polytope",
+    "Prediction",
+    "Predictor",
     "QueryError",
+    "Replanning",
+    "RotorLimits",
     "Run",
     "RunSettings",
     "Scene",
     "SceneError",
     "ShapeError",
     "SharedFace",
+    "Slabs",
     "SolverError",
+    "Swing",
     "Trajectory",
+    "Waypoints",
     "Zonotope",
     "__version__",
     "audit",
@@ -88,6 +118,8 @@ __all__ = [
     "plan_any",
     "plan_corridors",
     "plan_many",
+    "read_motion",
+    "rotor_demand",
     "simulate",
     "stop_trajectory",
     "time_parameterize",

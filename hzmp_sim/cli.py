@@ -50,8 +50,8 @@ def run(
     """Plan, fly and record a run.
 
     Args:
-        scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
-            narrow_passage).
+        scene: MJCF file, or the name of a bundled world (crossing_traffic, enclosure, maze,
+            mesh_room, narrow_passage, pendulum_gallery, sliding_doors, warehouse).
         world: body, start, goal.
         out: run directory; default: runs/WORLD-BODY.
         settings: how to plan, fly and record.
@@ -81,8 +81,8 @@ def plan(
     """Plan a path with its lower bound, and check both with independent code.
 
     Args:
-        scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
-            narrow_passage).
+        scene: MJCF file, or the name of a bundled world (crossing_traffic, enclosure, maze,
+            mesh_room, narrow_passage, pendulum_gallery, sliding_doors, warehouse).
         world: body, start, goal.
         time_limit: time the planner may take [s].
         gap: optimality gap at which the planner stops.
@@ -94,6 +94,12 @@ def plan(
     from hzmp_sim.scene.blame import blocking_hulls
 
     loaded = world.load(scene)
+    if loaded.moving:
+        print(
+            f"hzmp-sim: warning: {len(loaded.moving)} geoms move, and are left out: this plans "
+            "among what stands still",
+            file=sys.stderr,
+        )
     space = loaded.free_space()
     found = planning.plan(
         space, loaded.start, loaded.goal, time_limit=time_limit, gap=gap, seed=seed
@@ -124,8 +130,8 @@ def inspect(
     """Show how a world is read: geoms, obstacles, leaves, faces, the widest body, warnings.
 
     Args:
-        scene: MJCF file, or the name of a bundled world (enclosure, maze, mesh_room,
-            narrow_passage).
+        scene: MJCF file, or the name of a bundled world (crossing_traffic, enclosure, maze,
+            mesh_room, narrow_passage, pendulum_gallery, sliding_doors, warehouse).
         world: body, start, goal.
         picture: write a picture of the leaves to this file (.png, .svg, .pdf).
         explode: how far the leaves of the picture are apart; 0.2 shows what is between them.

@@ -35,6 +35,13 @@ def run_summary(run: Run, directory: Path) -> str:
             f"least clearance {_millimetres(m['min_clearance_m'])} "
             f"(planned for {1e3 * run.scene.clearance:.0f} mm)"
         )
+        if run.flight_plan is not None:
+            latency = m["replan_latency_ms"]
+            lines.append(
+                f"replans   {m['replans']} of {m['plans_asked']} plans taken, "
+                f"{latency['median'] or 0.0:.0f} ms in the median, waited {m['waited_s']:.1f} s, "
+                f"{m['unproved_s']:.1f} s without a proof"
+            )
         if m["disturbed_by"]:
             lines.append(f"against   {m['disturbed_by']}")
         lines.append(

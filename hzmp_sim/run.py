@@ -12,6 +12,7 @@ from hzmp_planners._arrays import Bools, Floats, Ints
 if TYPE_CHECKING:
     from hzmp_planners.free_space import FreeSpace
     from hzmp_planners.planning import Plan
+    from hzmp_sim.replanning import FlightPlan
     from hzmp_sim.scene import Scene
     from hzmp_tracking import Trajectory
 
@@ -24,6 +25,8 @@ class FlightLog:
     """Simulated time [s], shape (T,)."""
     qpos: Floats
     """Generalised positions of the whole model, shape (T, nq)."""
+    mocap: Floats
+    """Position [m] and quaternion wxyz of each mocap body, shape (T, nmocap, 7)."""
     position: Floats
     """Centre of the body in the world [m], shape (T, 3)."""
     quaternion: Floats
@@ -62,7 +65,8 @@ class FlightLog:
 class Run:
     """A finished closed-loop run.
 
-    `trajectory` and `log` are None when there was nothing to fly (no path found).
+    `trajectory` and `log` are None when there was nothing to fly (no path found). Where something
+    moves, `plan` is among what does not, and `trajectory` is the reference as it was flown.
     """
 
     scene: Scene
@@ -72,3 +76,5 @@ class Run:
     log: FlightLog | None
     metrics: dict[str, Any]
     """What metrics.json holds."""
+    flight_plan: FlightPlan | None = None
+    """What was planned in flight, where something moves."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
@@ -42,6 +43,7 @@ class World:
             max-tilt; auto: what keeps most free space.
         max_tilt: tilt that the cylinder holds the body for [rad]; default 0.6.
         freeze: weld every other jointed body (robots, doors, loose things) to where it stands.
+        motion: what drives the bodies of the world; default: motion.toml beside it, if it is there.
     """
 
     body: str | None = None
@@ -55,6 +57,7 @@ class World:
     shape: ShapeChoice = "auto"
     max_tilt: float | None = None
     freeze: Switch = False
+    motion: Path | None = None
 
     def load(self, path: str) -> Scene:
         """The scene; its warnings, and what became of its meshes, are printed to stderr."""
@@ -88,6 +91,7 @@ class World:
             freeze=self.freeze,
             shape=self.shape,
             max_tilt=self.max_tilt,
+            motion=self.motion,
         )
 
     def with_clearance(self, path: str, settings: RunSettings) -> World:

@@ -25,6 +25,8 @@ _FILES = (
     "run.mp4",
     "report.html",
     "scene.xml",
+    "motion.toml",
+    "plans.json",
 )
 _FIGURES = "figures"
 

@@ -38,6 +38,20 @@ def claims(run: Run) -> list[Claim]:
                 f"tracking error, at most {number(m.get('tracking_error_max_m'))} m here.",
             )
         )
+    if run.flight_plan is not None:
+        unproved = float(m["unproved_s"])
+        found.append(
+            Claim(
+                "proved",
+                unproved == 0.0 and not m["broken_predictions"],
+                "At every instant the body had a trajectory that ends at rest, clear of everything "
+                f"that moves; {number(unproved)} s were flown without one.",
+                "Of what moves as it was predicted: by its script and MuJoCo's own dynamics, or by "
+                "what was seen of it with an uncertainty that grows; until the guard time after "
+                "the body has come to rest. Bezier points of each piece against planes of what "
+                "each geom sweeps in 50 ms.",
+            )
+        )
     if run.log is not None:
         hits, steps = int(m["collision_steps"]), len(run.log.time)
         found.append(
@@ -79,7 +93,8 @@ def _plan_claims(run: Run) -> list[Claim]:
             "proved",
             verified,
             f"No path is shorter than {number(plan.lower_bound)} m, so this one of "
-            f"{number(plan.cost)} m is too long by {percent(plan.gap)} % at most.",
+            f"{number(plan.cost)} m is too long by {percent(plan.gap)} % at most"
+            + (", among what does not move." if scene.moving else "."),
             model + " Length of the centre's path, in double precision; the evidence was "
             f"checked anew, with a largest residual of {number(run.metrics['plan_residual_m'])} m.",
         )

@@ -81,11 +81,17 @@ def _trajectory_figure(trajectory: Trajectory) -> Figure:
     times = times[times < trajectory.duration]
     labels = ("position [m]", "velocity [m/s]", "acceleration [m/s²]", "jerk [m/s³]")
     bounds = (None, *trajectory.limits.per_axis(trajectory.n))
+    norms = (np.inf, *trajectory.limits.norms)
     sample = trajectory.sample(times)
-    for axes, label, values, limit in zip(rows, labels, sample, bounds, strict=True):
+    for axes, label, values, limit, norm in zip(rows, labels, sample, bounds, norms, strict=True):
         for i in range(trajectory.n):
             axes.plot(times, values[:, i], color=palette.AXES[i], label="xyz"[i], lw=1.4)
-        for value in () if limit is None else np.unique(limit):
+        if np.isfinite(norm):
+            size = np.linalg.norm(values, axis=1)
+            axes.plot(times, size, color=palette.INK, label="norm", lw=1.0)
+            axes.axhline(norm, color=palette.INK, lw=1.0, ls="--")
+        # What a norm bounds more tightly than an axis is drawn once.
+        for value in () if limit is None else np.unique(limit[limit < norm]):
             for side in (-value, value):
                 axes.axhline(side, color=palette.GROWN, lw=1.0, ls="--")
         axes.set_ylabel(label)

@@ -24,7 +24,9 @@ def write_log(log: FlightLog, scene: Scene, path: Path) -> None:
 
     Columns: time_s; x_m y_m z_m; qw qx qy qz (wxyz); vx_m_s ...; reference_x_m ...;
     tracking_error_m; clearance_m (null without obstacles); nearest_geom and contact_geom (names,
-    null if none); collision; ctrl_0 ... in the units of the actuators. Units are in the metadata.
+    null if none); collision; ctrl_0 ... in the units of the actuators; where something moves, qpos
+    of the whole model and mocap (x y z, quaternion wxyz of each mocap body). Units are in the
+    metadata.
     """
     columns: dict[str, pa.Array] = {"time_s": pa.array(log.time)}
     columns |= _components(log.position, "xyz", "{}_m")
@@ -39,6 +41,9 @@ def write_log(log: FlightLog, scene: Scene, path: Path) -> None:
         columns[column] = pa.DictionaryArray.from_arrays(index, names)
     columns["collision"] = pa.array(log.collision)
     columns |= {f"ctrl_{i}": pa.array(log.control[:, i]) for i in range(log.control.shape[1])}
+    if scene.moving:
+        columns["qpos"] = _lists(log.qpos)
+        columns["mocap"] = _lists(log.mocap.reshape(len(log.time), -1))
     fields = [pa.field(name, values.type, metadata=_unit(name)) for name, values in columns.items()]
     metadata = {
         "hzmp_sim.version": hzmp_sim.__version__,
@@ -51,6 +56,11 @@ def write_log(log: FlightLog, scene: Scene, path: Path) -> None:
 
 def _components(values: Floats, axes: str, form: str) -> dict[str, pa.Array]:
     return {form.format(axis): pa.array(values[:, i]) for i, axis in enumerate(axes)}
+
+
+def _lists(rows: Floats) -> pa.Array:
+    """A column of which each entry is a row (k,) of an array (T, k)."""
+    return pa.FixedSizeListArray.from_arrays(pa.array(rows.ravel()), rows.shape[1])
 
 
 def _unit(name: str) -> dict[str, str] | None:

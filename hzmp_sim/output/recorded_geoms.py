@@ -12,6 +12,7 @@ import rerun as rr
 from hzmp_sim.output import palette
 from hzmp_sim.output.framing import workspace_box
 from hzmp_sim.output.meshes import MESHED, geom_colour, mesh_triangles, plane_in_box
+from hzmp_sim.output.poses import pose_at_start
 
 if TYPE_CHECKING:
     from hzmp_planners._arrays import Floats, Ints
@@ -33,7 +34,7 @@ def log_world(recording: rr.RecordingStream, scene: Scene, *, moving: bool) -> N
     """
     model = scene.model
     data = mujoco.MjData(model)
-    data.qpos[:] = scene.initial_qpos
+    pose_at_start(scene, data)
     mujoco.mj_kinematics(model, data)
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     lo, hi = workspace_box(scene)

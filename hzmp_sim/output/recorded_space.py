@@ -213,10 +213,12 @@ def log_strips(
     strips: list[Floats] | Segments,
     colour: str,
     radius: float,
+    *,
+    static: bool = True,
 ) -> None:
-    """Log lines that do not change."""
+    """Log lines that do not change, or from the time set on."""
     lines = rr.LineStrips3D(strips, colors=[palette.rgba8(colour)], radii=radius)
-    recording.log(entity, lines, static=True)
+    recording.log(entity, lines, static=static)
 
 
 def _fan(ring: Ints) -> Ints:

@@ -2,7 +2,8 @@
 
 Entities: `world` (geoms that do not move), `bodies/<name>` (geoms of each moving body under its
 transform), `space` (leaves, shared faces, grown obstacles), `plan`, `trajectory`, `flight`
-(scalars) and `summary`. Timelines: `sim_time` for the flight, `plan_time` for the search.
+(scalars), `replanning` (paths, reasons, latency) and `summary`. Timelines: `sim_time` for the
+flight, `plan_time` for the search.
 """
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ import rerun as rr
 from hzmp_sim.output import palette
 from hzmp_sim.output.blueprint import PLAN_TIME, SIM_TIME, blueprint
 from hzmp_sim.output.headline import informed_times, summary_markdown
+from hzmp_sim.output.poses import pose_at
 from hzmp_sim.output.recorded_geoms import body_entity, log_world, xyzw
 from hzmp_sim.output.recorded_space import line_radius, log_ends, log_space, log_strips
 
 if TYPE_CHECKING:
     from hzmp_planners._arrays import Floats, Ints
+    from hzmp_sim.replanning import FlightPlan
     from hzmp_sim.run import FlightLog, Run
 
 POSE_RATE_HZ = 100.0
@@ -100,6 +103,35 @@ def _log_flight(recording: rr.RecordingStream, run: Run, log: FlightLog, line: f
         names = [f"control {i}" for i in range(log.control.shape[1])]
         _scalars(recording, "flight/control", SIM_TIME, log.time, log.control, names, None)
     _log_poses(recording, run, log)
+    if run.flight_plan is not None:
+        _log_plans(recording, run, run.flight_plan, line)
+
+
+def _log_plans(recording: rr.RecordingStream, run: Run, planned: FlightPlan, line: float) -> None:
+    """Each decision from when it takes effect: the path to the goal, and why it was made."""
+    for record in planned.records:
+        recording.set_time(SIM_TIME, duration=record.effect)
+        if len(record.waypoints):
+            way = run.scene.to_world(record.waypoints)
+            log_strips(recording, "replanning/path", [way], palette.PATH, line, static=False)
+        else:
+            recording.log("replanning/path", rr.Clear(recursive=False))
+        if record.taken or record.reason == "wait":
+            told = f"{record.reason}; trajectory at rest at {record.ends:.2f} s"
+            told += f"; {record.conflict} in the way" if record.conflict else ""
+            level = rr.TextLogLevel.INFO if record.proved else rr.TextLogLevel.WARN
+            recording.log("replanning/log", rr.TextLog(told, level=level))
+    recording.reset_time()
+    times = np.array([record.effect for record in planned.records])
+    for name, values, unit in (
+        ("latency", [1e3 * record.latency for record in planned.records], "ms"),
+        ("lower_bound", [record.lower_bound for record in planned.records], "m"),
+    ):
+        label = f"{name.replace('_', ' ')} [{unit}]"
+        _scalars(
+            recording, f"replanning/{name}", SIM_TIME, times, np.array(values), [label],
+            [palette.BOUND],
+        )  # fmt: skip
 
 
 def _log_poses(recording: rr.RecordingStream, run: Run, log: FlightLog) -> None:
@@ -114,7 +146,7 @@ def _log_poses(recording: rr.RecordingStream, run: Run, log: FlightLog) -> None:
     )
     data = mujoco.MjData(model)
     for i, row in enumerate(rows):
-        data.qpos[:] = log.qpos[row]
+        pose_at(log, int(row), data)
         mujoco.mj_kinematics(model, data)
         positions[i], quaternions[i] = data.xpos[bodies], data.xquat[bodies]
     for k, body in enumerate(bodies):

@@ -14,6 +14,7 @@ import matplotlib.image
 import hzmp_sim  # the module: its version is only there once it is fully imported
 from hzmp_sim.output.claims import claims
 from hzmp_sim.output.headline import Figure, headline_figures, number, percent, verdict
+from hzmp_sim.output.plans import plan_rows
 from hzmp_sim.output.video import playback_speed
 
 if TYPE_CHECKING:
@@ -75,6 +76,8 @@ def write_report(
         command=command,
         plan_table=_plan_table(run),
         flight_table=_flight_table(run),
+        plans=[] if run.flight_plan is None else plan_rows(run.flight_plan),
+        planned=run.metrics if run.flight_plan is not None else None,
         timings=_timings(run.metrics.get("timings_s") or {}),
         versions=run.metrics.get("versions") or {},
         seed=run.metrics.get("seed"),

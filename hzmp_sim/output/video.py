@@ -19,6 +19,7 @@ from hzmp_planners.errors import HzmpError
 from hzmp_sim.output import palette
 from hzmp_sim.output.framing import camera, chase_cameras, workspace_box
 from hzmp_sim.output.opengl import Image, OffscreenRenderer
+from hzmp_sim.output.poses import pose_at, pose_at_start
 from hzmp_sim.output.scenery import hide_scenery
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ def write_video(
     ):
         for row, chase in zip(rows.tolist(), behind, strict=True):
             views = [
-                stage.render(view, run.log.qpos[row], row, line)
+                stage.render(view, row, line)
                 for view, line in ((overview, stage.line), (chase, _CHASE_LINE))
             ]
             encoder.write(np.hstack(views))
@@ -120,12 +121,8 @@ def render_frame(run: Run, row: int | None = None, *, width: int = 960, height: 
     Raises:
         RenderingUnavailable: no OpenGL on this machine.
     """
-    if row is None or run.log is None:
-        qpos, upto = run.scene.initial_qpos, None
-    else:
-        qpos, upto = run.log.qpos[row], row % len(run.log.time)
     with _Stage(run, width, height, _STILL) as stage:
-        return stage.render(camera(run.scene, width / height), qpos, upto, stage.line)
+        return stage.render(camera(run.scene, width / height), row, stage.line)
 
 
 class _Stage:
@@ -151,17 +148,22 @@ class _Stage:
         lo, hi = workspace_box(run.scene)
         self.line = 0.002 * float(np.linalg.norm(hi - lo))
         self._path = run.scene.to_world(run.plan.waypoints) if len(run.plan.waypoints) else None
-        self._data.qpos[:] = run.scene.initial_qpos
-        mujoco.mj_forward(self._model, self._data)
+        pose_at_start(run.scene, self._data)
         seen = run.scene.to_world(np.array([run.scene.start, run.scene.goal]))
         if self._path is not None:
             seen = np.vstack([seen, self._path])
         hide_scenery(self._model, self._data, run.scene, width / height, seen)
         self._renderer = OffscreenRenderer(self._model, width, height)
 
-    def render(self, view: mujoco.MjvCamera, qpos: Floats, row: int | None, line: float) -> Image:
-        """Picture in state `qpos`, with the trail up to `row`; lines are `line` [m] thick."""
-        self._data.qpos[:] = qpos
+    def render(self, view: mujoco.MjvCamera, row: int | None, line: float) -> Image:
+        """Picture at a row of the flight log, with the trail up to it; at the start when None.
+
+        Lines are `line` [m] thick.
+        """
+        if row is None or self._run.log is None:
+            pose_at_start(self._run.scene, self._data)
+        else:
+            pose_at(self._run.log, row, self._data)
         mujoco.mj_forward(self._model, self._data)
         mujoco.mjv_updateScene(
             self._model, self._data, self._option, None, view,

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hzmp_sim.motion.writing import motion_text
 from hzmp_sim.output.artifacts import RunDirectory
 from hzmp_sim.output.figures import write_figures
 from hzmp_sim.output.opengl import Image, RenderingUnavailable
 from hzmp_sim.output.parquet import write_log
+from hzmp_sim.output.plans import write_plans
 from hzmp_sim.output.recording import write_recording
 from hzmp_sim.output.report import write_report
 from hzmp_sim.output.video import frame_count, render_frame, write_video
@@ -41,6 +43,12 @@ def write_run(run: Run, directory: str | Path, *, video: bool = True, command: s
     begin = time.perf_counter()
     with RunDirectory(directory) as files:
         files.path("scene.xml").write_text(run.scene.xml, encoding="utf-8")
+        if run.scene.motion is not None:
+            seconds = 0.0 if run.log is None else float(run.log.time[-1])
+            text = motion_text(run.scene.motion, seconds)
+            files.path("motion.toml").write_text(text, encoding="utf-8")
+        if run.flight_plan is not None:
+            write_plans(run.flight_plan, files.path("plans.json"))
         with busy("Writing recording and figures"):
             write_recording(run, files.path("run.rrd"))
             if run.log is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
 
@@ -41,11 +42,11 @@ class Body:
     """Where the ranges of its slide joints let the centre go (lo, hi), each (3,) [m]."""
 
 
-def choose_body(model: mujoco.MjModel, name: str | None) -> str:
+def choose_body(model: mujoco.MjModel, name: str | None, driven: Collection[int] = ()) -> str:
     """Name of the body to move: a bundled one, or one of the world.
 
-    Without a name it is the only body of the world that is free to move and actuated, and the
-    bundled point when there is none.
+    Without a name it is the only body of the world that is free to move and actuated, other than
+    the `driven` ones that a motion script moves, and the bundled point when there is none.
 
     Raises:
         SceneError: no such body, or several candidates.
@@ -56,7 +57,8 @@ def choose_body(model: mujoco.MjModel, name: str | None) -> str:
             return name
         valid = ", ".join(BUNDLED) + (f", or of this world: {', '.join(known)}" if known else "")
         raise SceneError(f"unknown body {name!r}; valid are {valid}")
-    roots = sorted({_root(model, body) for body in _actuated(model)})
+    moved = {_root(model, body) for body in driven if model.body_weldid[body] != 0}
+    roots = sorted({_root(model, body) for body in _actuated(model)} - moved)
     if not roots:
         return "point"
     names = [model.body(root).name for root in roots]

@@ -35,8 +35,8 @@ BALL_SHARE = 0.95
 which is quicker to grow obstacles by."""
 
 MAX_TILT = 0.6
-"""Tilt that a free body is held for unless told otherwise [rad]: the reference of the bundled
-quadrotor, 3 m/s^2 along each axis at once, asks for atan(3 sqrt(2) / (9.81 - 3)) = 0.557."""
+"""Tilt that a free body is held for unless told otherwise [rad]. References may use 0.8 of it,
+an acceleration of 9.81 sin(0.48) = 4.5 m/s^2 in all; feedback in gusts of 5 m/s stays below."""
 
 MIN_TOLERANCE = 0.05
 """Floor of the default tolerance [m]: finer than this costs leaves and gains no passage."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
@@ -11,6 +12,9 @@ from numpy.typing import ArrayLike
 
 from hzmp_planners._arrays import Floats, frozen
 from hzmp_planners.errors import QueryError, SceneError
+from hzmp_sim.motion.reading import read_motion
+from hzmp_sim.motion.resolve import driven_bodies, resolved, without_missing
+from hzmp_sim.motion.script import Motion, MotionScript
 from hzmp_sim.scene.attach import attach_body
 from hzmp_sim.scene.bodies import (
     Body,
@@ -55,6 +59,7 @@ def load_scene(
     freeze: bool = False,
     shape: ShapeChoice = "auto",
     max_tilt: float | None = None,
+    motion: MotionScript | str | Path | None = None,
 ) -> Scene:
     """Read a MuJoCo world as a planning scene.
 
@@ -79,19 +84,28 @@ def load_scene(
         convex_decomposition: cut non-convex meshes that collide into convex pieces, for planner
             and physics alike; True: by CoACD's usual settings. Otherwise a mesh is its hull.
         freeze: weld every other jointed body to where it stands, for planner and physics alike.
-            Otherwise such bodies are refused if they can touch the body.
+            Otherwise they move.
+        motion: what drives the bodies of the world: a script, or a file of one; None: the file
+            motion.toml beside the world, if there is one.
 
     Raises:
         SceneError: the world cannot be read as a scene.
-        QueryError: start or goal is outside the workspace or inside an obstacle.
+        QueryError: start or goal is outside the workspace or inside an obstacle; the motion script
+            cannot be read, or does not suit the world.
         ShapeError: an argument is not finite or has the wrong shape.
     """
     began = time.perf_counter()
     keep = _positive("clearance", DEFAULT_CLEARANCE if clearance is None else clearance, zero=True)
     source = open_world(path)
-    name = choose_body(source.model, body)
+    script = _script(source, motion)
+    driven = driven_bodies(script, source.model) if script else {}
+    name = choose_body(source.model, body, driven)
+    _check_flown(source.model, name, driven)
+    lost: tuple[str, ...] = ()
     if freeze:
         source = weld_others(source, None if is_bundled(source.model, name) else name)
+        if script:
+            script, lost = without_missing(script, source.model)
     model, data = source.model, source.data
     begin, end = (
         read_endpoint(model, data, label, given)
@@ -133,7 +147,8 @@ def load_scene(
     bounds = centre_bounds(space, solid, moving.reach)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         check_inside(label, point, bounds)
-    obstacles = read_obstacles(world.model, world.data, moving, solid, bounds, keep, tight)
+    driven = driven_bodies(script, world.model) if script else {}
+    obstacles = read_obstacles(world.model, world.data, moving, solid, bounds, keep, tight, driven)
     for label, point in (("start", centre[:n]), ("goal", target[:n])):
         _check_free(world.model, obstacles, label, point, solid, keep)
     meshes = read_meshes(world.model, obstacles.geoms)
@@ -152,8 +167,11 @@ def load_scene(
         clearance=keep,
         tolerance=tight,
         height=float(moving.centre[2]) if moving.planar else None,
+        heights=moving.heights if moving.planar else None,
         obstacles=obstacles.polytopes,
         obstacle_geoms=obstacles.geoms,
+        moving=obstacles.moving,
+        motion=script,
         body_geoms=moving.geoms,
         geoms=pieces.explained(obstacles.reports, world.model),
         meshes=meshes,
@@ -161,11 +179,35 @@ def load_scene(
         warnings=(
             *(room.warnings(n) + source.warnings + world.warnings),
             *(obstacles.warnings + pieces.warnings),
+            *(f"frozen, so its motion is left out: {what}" for what in lost),
             *mesh_warnings(meshes),
         ),
         initial_qpos=frozen(qpos_at(world.model, world.data, moving, centre)),
         reading_time=time.perf_counter() - began,
     )
+
+
+def _script(source: Source, given: MotionScript | str | Path | None) -> MotionScript | None:
+    """The motion script of a world, its names looked up; None if there is none."""
+    script = given
+    if script is None:
+        beside = source.path.parent / "motion.toml"
+        script = beside if source.path.is_file() and beside.is_file() else None
+    if script is None:
+        return None
+    if not isinstance(script, MotionScript):
+        script = read_motion(script)
+    return resolved(script, source.model)
+
+
+def _check_flown(model: mujoco.MjModel, name: str, driven: Mapping[int, Motion]) -> None:
+    """Raise QueryError if the motion script drives the body that is flown."""
+    if is_bundled(model, name):
+        return
+    flown = model.body(name).id
+    for body, motion in driven.items():
+        if descends(model, body, flown):
+            raise QueryError(f"the motion of {motion.describe()} drives body {name!r}, which flies")
 
 
 def _pieces(

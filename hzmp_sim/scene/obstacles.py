@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import mujoco
@@ -22,6 +23,7 @@ from hzmp_sim.scene.geoms import (
     geom_type,
 )
 from hzmp_sim.scene.grown import grown_obstacle, least_over_box
+from hzmp_sim.scene.moving import MovingGeom, moving_geom
 from hzmp_sim.scene.outer import Outer
 from hzmp_sim.scene.placement import Bounds
 from hzmp_sim.scene.planar import is_upright_prism
@@ -34,6 +36,7 @@ class Obstacles:
 
     polytopes: tuple[Polytope, ...]
     geoms: tuple[int, ...]
+    moving: tuple[MovingGeom, ...]
     reports: tuple[GeomReport, ...]
     warnings: tuple[str, ...]
 
@@ -46,16 +49,19 @@ def read_obstacles(
     bounds: Bounds,
     clearance: float,
     tolerance: float,
+    driven: Collection[int] = (),
 ) -> Obstacles:
     """Obstacles of the body's centre within `bounds` (lo, hi), each (n,) [m].
 
-    `shape` is what stands for the body.
+    `shape` is what stands for the body; `driven` are ids of bodies that a motion script moves.
 
     Raises:
-        SceneError: a geom that can touch the body is on a jointed body, or a flex, or too large.
+        SceneError: a geom that can touch the body is a flex, or too large, or on a body that moves
+            and not convex.
     """
     polytopes: list[Polytope] = []
     geoms: list[int] = []
+    moving: list[MovingGeom] = []
     reports: list[GeomReport] = []
     warnings: list[str] = []
     margins = _margins(model, body)
@@ -70,9 +76,15 @@ def read_obstacles(
             role, reason = "body", "part of the moving body"
         elif np.isnan(margins[geom]):
             reason = _no_contact(model, geom)
+        elif movement := _movement(model, geom, driven):
+            margin = float(margins[geom])
+            _check_margin(name, margin, bounds)
+            moving.append(moving_geom(model, geom, margin))
+            role, reason = "moving", movement
         else:
-            reason, moving = _mobility(model, geom)
-            if moving:
+            reason = "static"
+            if _is_mocap(model, geom):
+                reason = "mocap, planned where it stands now"
                 warnings.append(f"{name} is on a mocap body: planned where it stands now")
             margin = float(margins[geom])
             _check_margin(name, margin, bounds)
@@ -94,7 +106,7 @@ def read_obstacles(
                 continue
             role, reason = found[0][1:] if found else ("outside", "outside the workspace")
         reports.append(GeomReport(geom, name, kind, role, 0, 0, 0.0, reason))
-    return Obstacles(tuple(polytopes), tuple(geoms), tuple(reports), tuple(warnings))
+    return Obstacles(tuple(polytopes), tuple(geoms), tuple(moving), tuple(reports), tuple(warnings))
 
 
 def is_planar_world(
@@ -184,15 +196,18 @@ def _no_contact(model: mujoco.MjModel, geom: int) -> str:
     return "MuJoCo never lets it touch the body (flag, exclude, contype/conaffinity, weld)"
 
 
-def _mobility(model: mujoco.MjModel, geom: int) -> tuple[str, bool]:
-    """Whether the geom is static; (how it was taken, may be moved by mocap)."""
-    root = int(model.body_weldid[model.geom_bodyid[geom]])
-    if root == 0:
-        return "static", False
-    if model.body_mocapid[root] >= 0:
-        return "mocap, planned where it stands now", True
-    raise SceneError(
-        f"{geom_name(model, geom)} is on the jointed body {model.body(root).name!r}: its motion is "
-        "not known; --freeze welds such bodies where they stand (else make it mocap, or its geoms "
-        "unable to touch the moving body)"
-    )
+def _movement(model: mujoco.MjModel, geom: int, driven: Collection[int]) -> str:
+    """How a geom moves, in words; "" if it does not: static, or mocap that nothing drives."""
+    body = int(model.geom_bodyid[geom])
+    above = []
+    while body > 0:
+        above.append(body)
+        body = int(model.body_parentid[body])
+    if any(body in driven for body in above):
+        return "moves as the motion script says"
+    jointed = [body for body in above if model.body_jntnum[body]]
+    return f"moves with the joints of body {model.body(jointed[0]).name!r}" if jointed else ""
+
+
+def _is_mocap(model: mujoco.MjModel, geom: int) -> bool:
+    return int(model.body_mocapid[model.body_weldid[model.geom_bodyid[geom]]]) >= 0

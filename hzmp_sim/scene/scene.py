@@ -12,12 +12,14 @@ import numpy as np
 from hzmp_planners._arrays import Floats, as_points
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
+from hzmp_sim.motion.script import MotionScript
 from hzmp_sim.scene.body_shape import BodyShape
 from hzmp_sim.scene.decomposition import PieceReport
 from hzmp_sim.scene.geoms import geom_name
 from hzmp_sim.scene.meshes import MeshReport
+from hzmp_sim.scene.moving import MovingGeom
 
-Role = Literal["obstacle", "beside", "outside", "ignored", "body"]
+Role = Literal["obstacle", "moving", "beside", "outside", "ignored", "body"]
 
 
 @dataclass(frozen=True)
@@ -30,9 +32,9 @@ class GeomReport:
     type: str
     """MJCF type, such as "box"."""
     role: Role
-    """"beside": at heights that a planar body does not reach, such as the floor it stands on;
-    "outside": where it reaches no point of the free space; "ignored": MuJoCo lets it touch nothing
-    of the body."""
+    """"moving": on a body that moves, and so none of the obstacles; "beside": at heights that a
+    planar body does not reach, such as the floor it stands on; "outside": where it reaches no point
+    of the free space; "ignored": MuJoCo lets it touch nothing of the body."""
     parts: int
     """Obstacles it has become: several for a height field, 0 when it is none."""
     facets: int
@@ -79,10 +81,16 @@ class Scene:
     """Bound on `GeomReport.error` [m]."""
     height: float | None
     """z of the centre of a planar body [m]; None in 3-D."""
+    heights: tuple[float, float] | None
+    """Lowest and highest z of a planar body [m]; None in 3-D."""
     obstacles: tuple[Polytope, ...]
     """Where the centre must not be: geoms grown by shape + clearance (+ contact margin)."""
     obstacle_geoms: tuple[int, ...]
     """Geom id of each obstacle; a height field has several obstacles."""
+    moving: tuple[MovingGeom, ...]
+    """Geoms that could touch the body and move: where they are when is for a prediction to say."""
+    motion: MotionScript | None
+    """What drives the bodies of the world, its names looked up; None: nothing does."""
     body_geoms: tuple[int, ...]
     """Ids of the colliding geoms of the moving body."""
     geoms: tuple[GeomReport, ...]
@@ -98,9 +106,14 @@ class Scene:
     """How long it took to read the scene [s]."""
 
     @property
+    def replans(self) -> bool:
+        """Whether it takes a planner in the loop: something moves, or goals follow each other."""
+        return bool(self.moving) or (self.motion is not None and bool(self.motion.goals))
+
+    @property
     def contact_geoms(self) -> tuple[int, ...]:
         """Ids of all geoms that MuJoCo could bring into contact with the body."""
-        roles = ("obstacle", "beside", "outside")
+        roles = ("obstacle", "moving", "beside", "outside")
         return tuple(report.geom for report in self.geoms if report.role in roles)
 
     @property

@@ -12,8 +12,8 @@ from hzmp_planners.errors import SceneError
 from hzmp_sim.scene.bodies import descends
 
 VALID_BODIES = (
-    "valid are slide joints along world axes with one motor each, or a free joint with four "
-    "site thrusts along the body's z axis"
+    "valid are slide joints along world axes with one motor or servo each, or a free joint with "
+    "four site thrusts along the body's z axis"
 )
 
 
@@ -45,31 +45,6 @@ def rigid_body(
     com = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
     shift = mass * (com @ com * np.eye(3) - np.outer(com, com))
     return mass, com, block[3:, 3:] - shift
-
-
-def slide_motor(
-    model: mujoco.MjModel, body: str, joint: int
-) -> tuple[int, float, tuple[float, float]]:
-    """The one motor of a slide joint: actuator id, newtons per unit of ctrl, range of ctrl."""
-    kinds = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
-    found = [
-        k
-        for k in range(model.nu)
-        if int(model.actuator_trntype[k]) in kinds and int(model.actuator_trnid[k, 0]) == joint
-    ]
-    name = model.joint(joint).name
-    if len(found) != 1 or not is_direct(model, found[0]) or lag(model, found[0]) != 0.0:
-        names = ", ".join(repr(model.actuator(k).name) for k in found)
-        has = f"the actuators {names}" if found else "no actuator of its own"
-        raise SceneError(
-            f"slide joint {name!r} of body {body!r} has {has}: it needs one motor on the joint "
-            "(fixed gain, no bias, no dynamics, not by a tendon)"
-        )
-    actuator = found[0]
-    gain = float(model.actuator_gear[actuator, 0] * model.actuator_gainprm[actuator, 0])
-    if gain == 0.0:
-        raise SceneError(f"the motor of slide joint {name!r} of body {body!r} has gear or gain 0")
-    return actuator, gain, control_range(model, actuator)
 
 
 def site_thrusts(model: mujoco.MjModel, body: str) -> list[int]:

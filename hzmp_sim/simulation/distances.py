@@ -19,8 +19,8 @@ contact with it is no collision, and no measure of clearance."""
 class BodyDistances:
     """Distances of all pairs of a body geom and a geom that MuJoCo lets it touch.
 
-    Between two poses a pair's distance falls at most by the way that the body's farthest point has
-    moved, so a measured distance bounds later ones from below.
+    Between two poses a pair's distance falls at most by the way that the farthest points of the
+    body and of the geom have moved, so a measured distance bounds later ones from below.
 
     Args:
         scene: the world and its body.
@@ -40,10 +40,16 @@ class BodyDistances:
         )
         """Geoms that a planar body stands on: left out of the pairs."""
         self.pairs = [pair for pair in pairs if pair.other not in self.ground]
-        # Lower bound of each pair's distance, plus the way moved when it was measured.
+        # Lower bound of each pair's distance, plus the ways moved when it was measured.
         self._floor = np.full(len(self.pairs), -math.inf)
-        self._moved = 0.0
+        self._moved = np.zeros(len(self.pairs))
         self._pose = self._read_pose()
+        others = [pair.other for pair in self.pairs]
+        movable = scene.model.body_weldid[scene.model.geom_bodyid[others]] != 0
+        self._movers = np.flatnonzero(movable)
+        self._geoms = np.array(others, dtype=np.int64)[self._movers]
+        self._reach = scene.model.geom_rbound[self._geoms]  # of a ball about the geom's frame
+        self._places, self._turns = self._read_geoms()
 
     def follow(self) -> None:
         """Take notice that the body has moved; to be called at each pose."""
@@ -56,6 +62,13 @@ class BodyDistances:
         travelled = math.dist(pose[:3].tolist(), self._pose[:3].tolist())
         self._moved += travelled + self._radius * turned
         self._pose = pose
+        if self._movers.size:
+            places, turns = self._read_geoms()
+            # Of a turn by an angle w the largest |R x - x| is 2 sin(w/2) |x|: |R - 1| / sqrt 2.
+            chords = np.linalg.norm(turns - self._turns, axis=1) / math.sqrt(2.0)
+            ways = np.linalg.norm(places - self._places, axis=1) + self._reach * chords
+            self._moved[self._movers] += ways
+            self._places, self._turns = places, turns
         self._measures.update()
 
     def bounds(self) -> Floats:
@@ -65,8 +78,11 @@ class BodyDistances:
     def measure(self, pair: int) -> float:
         """Distance of a pair now [m]; negative when it overlaps."""
         distance = self._measures.distance(self.pairs[pair])
-        self._floor[pair] = distance + self._moved
+        self._floor[pair] = distance + self._moved[pair]
         return distance
 
     def _read_pose(self) -> Floats:
         return np.concatenate([self._data.xpos[self._body], self._data.xquat[self._body]])
+
+    def _read_geoms(self) -> tuple[Floats, Floats]:
+        return np.array(self._data.geom_xpos[self._geoms]), self._data.geom_xmat[self._geoms]

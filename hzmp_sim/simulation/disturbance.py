@@ -27,7 +27,9 @@ def disturbed_model(
     disturbed = copy.copy(model)
     if disturbance.blows and model.opt.density == 0.0:
         disturbed.opt.density, disturbed.opt.viscosity = _AIR
-    disturbed.actuator_gainprm[list(actuators), 0] *= 1.0 - disturbance.thrust_loss
+    # Constant, per length and per velocity: servos lose of all the force that they give.
+    for parameters in (disturbed.actuator_gainprm, disturbed.actuator_biasprm):
+        parameters[list(actuators), :3] *= 1.0 - disturbance.thrust_loss
     return disturbed
 
 

@@ -13,10 +13,12 @@ import numpy as np
 
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan, PlanStatus, Verification
+from hzmp_sim.replanning.records import FlightPlan
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_sim.settings import RunSettings
-from hzmp_tracking import Trajectory
+from hzmp_tracking import RotorLimits, Trajectory
+from hzmp_tracking.flatness import RotorUsage
 
 EXIT_CODES = {
     "goal_reached": 0,
@@ -27,6 +29,7 @@ EXIT_CODES = {
 }
 """Exit code of `hzmp-sim run` for each status; 2 is bad input."""
 
+_UNPLANNED = FlightPlan()
 _PACKAGES = ("mujoco", "numpy", "scipy", "clarabel", "ruckig", "rerun-sdk")
 
 
@@ -37,23 +40,26 @@ def collect_metrics(
     verification: Verification,
     trajectory: Trajectory | None,
     log: FlightLog | None,
+    flight_plan: FlightPlan | None = None,
     *,
     settings: RunSettings,
     simulated_per_wall: float | None,
     timings: dict[str, float],
     notes: Sequence[str],
+    rotors: RotorLimits | None = None,
 ) -> dict[str, Any]:
     """The metrics of a run; what a run without flight does not have is None.
 
     `notes` are what MuJoCo warned of in flight, such as an unstable simulation, or what may be
-    done about a way that is blocked.
+    done about a way that is blocked. `rotors` is all that the rotors of the body have.
     """
     error = None if log is None else log.tracking_error
     found = math.isfinite(plan.cost)
+    usage = None if trajectory is None or rotors is None else rotors.usage(trajectory)
     return {
-        "status": _status(scene, plan, log, settings.goal_tolerance),
+        "status": _status(scene, plan, log, flight_plan, settings.goal_tolerance),
         "collision_steps": 0 if log is None else int(log.collision.sum()),
-        "contacts": {} if log is None else _contacts(scene, log),
+        "contacts": {} if log is None else _contacts(scene, log, flight_plan or _UNPLANNED),
         "steps": 0 if log is None else len(log.time),
         "min_clearance_m": None if log is None else float(log.clearance.min()),
         "path_length_m": plan.cost if found else None,
@@ -65,9 +71,12 @@ def collect_metrics(
         "tracking_error_rms_m": None if error is None else float(np.sqrt(np.mean(error**2))),
         "beyond_clearance_s": None if log is None else _longest_beyond(scene, log),
         "tilt_max_rad": None if log is None else float(log.tilt.max()),
-        "goal_distance_m": None if log is None else _goal_distance(scene, log),
-        "replans": 0,
-        "replan_latency_ms": {"median": None, "p99": None, "max": None},
+        "tilt_reference_max_rad": None if usage is None else usage.demand.tilt,
+        "thrust_usage": None if usage is None else usage.thrust,
+        "body_rate_reference_max_rad_s": None if usage is None else usage.demand.body_rate,
+        "body_rate_usage": None if usage is None else usage.body_rate,
+        "goal_distance_m": None if log is None else _goal_distance(scene, log, flight_plan),
+        **(flight_plan or _UNPLANNED).metrics(),
         "realtime_factor": simulated_per_wall,
         "timings_s": timings,
         "leaves": len(space),
@@ -92,20 +101,32 @@ def collect_metrics(
         "seed": settings.seed,
         "disturbance": asdict(settings.disturbance),
         "disturbed_by": settings.disturbance.describe(),
-        "warnings": [*scene.warnings, *notes, *_flight_warnings(scene, log)],
+        "warnings": [
+            *scene.warnings,
+            *notes,
+            *_rotor_warnings(usage),
+            *_flight_warnings(scene, log),
+            *(flight_plan or _UNPLANNED).warnings(),
+        ],
         "versions": _versions(),
     }
 
 
-def _contacts(scene: Scene, log: FlightLog) -> dict[str, dict[str, float]]:
-    """For each geom that the body penetrated: in how many steps, and when first [s]."""
-    return {
-        scene.geom_name(int(geom)): {
+def _contacts(scene: Scene, log: FlightLog, flight_plan: FlightPlan) -> dict[str, dict[str, Any]]:
+    """For each geom that the body penetrated: in how many steps, when first [s].
+
+    `predicted` says whether the geom was where it had been predicted to be, until then.
+    """
+    broken = {one.geom: one.time for one in flight_plan.broken}
+    contacts: dict[str, dict[str, Any]] = {}
+    for geom in dict.fromkeys(log.contact[log.collision].tolist()):
+        name, first = scene.geom_name(int(geom)), float(log.time[log.contact == geom][0])
+        contacts[name] = {
             "steps": int((log.contact == geom).sum()),
-            "first_s": float(log.time[log.contact == geom][0]),
+            "first_s": first,
+            "predicted": broken.get(name, math.inf) > first,
         }
-        for geom in dict.fromkeys(log.contact[log.collision].tolist())
-    }
+    return contacts
 
 
 def _longest_beyond(scene: Scene, log: FlightLog) -> float:
@@ -114,6 +135,17 @@ def _longest_beyond(scene: Scene, log: FlightLog) -> float:
     begins, ends = np.flatnonzero(off[1:] > off[:-1]), np.flatnonzero(off[1:] < off[:-1])
     step = float(log.time[1] - log.time[0]) if len(log.time) > 1 else 0.0
     return step * int((ends - begins).max(initial=0))
+
+
+def _rotor_warnings(usage: RotorUsage | None) -> list[str]:
+    """What the reference asks for that the rotors, or the body's shape, do not have."""
+    if usage is None:
+        return []
+    shares = (("thrust", usage.thrust), ("tilt", usage.tilt), ("body rate", usage.body_rate))
+    asked = [f"{100.0 * share:.1f} % of the {name}" for name, share in shares if share > 1.0]
+    if not asked:
+        return []
+    return [f"the reference asks for {' and '.join(asked)} that the body has: lower the limits"]
 
 
 def _flight_warnings(scene: Scene, log: FlightLog | None) -> list[str]:
@@ -127,6 +159,14 @@ def _flight_warnings(scene: Scene, log: FlightLog | None) -> list[str]:
             f"the body was up to {1e3 * error:.0f} mm off its reference, more than the clearance "
             f"of {1e3 * scene.clearance:.0f} mm covers: lower the limits or raise the clearance"
         )
+    low, high = scene.workspace
+    inside = log.position[:, : scene.n]
+    outside = ((inside < low) | (inside > high)).any(axis=1)
+    if outside.any():
+        warnings.append(
+            f"the body left the workspace after {log.time[outside.argmax()]:.3f} s: a controller "
+            "that diverges does so, and so does a world that pushes too hard"
+        )
     if limit is not None and log.tilt.max() > limit:
         warnings.append(
             f"the body tilted by up to {log.tilt.max():.3g} rad, beyond the {limit:.3g} that its "
@@ -135,18 +175,30 @@ def _flight_warnings(scene: Scene, log: FlightLog | None) -> list[str]:
     return warnings
 
 
-def _status(scene: Scene, plan: Plan, log: FlightLog | None, goal_tolerance: float) -> str:
+def _status(
+    scene: Scene,
+    plan: Plan,
+    log: FlightLog | None,
+    flight_plan: FlightPlan | None,
+    goal_tolerance: float,
+) -> str:
     if plan.status is PlanStatus.INFEASIBLE:
         return "infeasible"
     if log is None:
         return "time_limit"
     if log.collision.any():
         return "collision"
-    return "goal_reached" if _goal_distance(scene, log) <= goal_tolerance else "goal_not_reached"
+    if flight_plan is not None:
+        return "goal_reached" if flight_plan.arrived else "goal_not_reached"
+    return (
+        "goal_reached" if _goal_distance(scene, log, None) <= goal_tolerance else "goal_not_reached"
+    )
 
 
-def _goal_distance(scene: Scene, log: FlightLog) -> float:
-    goal = scene.to_world(scene.goal[None])[0]
+def _goal_distance(scene: Scene, log: FlightLog, flight_plan: FlightPlan | None) -> float:
+    """To the goal, or to the last of several [m]."""
+    goal = scene.goal if not (flight_plan and flight_plan.records) else flight_plan.records[-1].goal
+    goal = scene.to_world(goal[None])[0]
     return float(np.linalg.norm(log.position[-1] - goal))
 
 

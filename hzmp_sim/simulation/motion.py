@@ -33,6 +33,9 @@ class Motion:
     """Of the body, wxyz, shape (k, 4); None: as it starts."""
     error: Floats
     """How far the centre is off the planned reference [m], shape (k,); 0 on the reference."""
+    world: tuple[Floats, Floats] | None = None
+    """State of the whole world, as of a flight: qpos (k, nq), and position and quaternion of each
+    mocap body (k, nmocap, 7). None: it is not known, so nothing is said of what moves."""
 
     @property
     def step(self) -> float:
@@ -58,7 +61,8 @@ def motion_of(
     if not 0.0 < spacing < math.inf:
         raise QueryError(f"spacing must be positive and finite, got {spacing}")
     if isinstance(what, FlightLog):
-        return Motion(what.time, "s", what.position, what.quaternion, what.tracking_error)
+        world = (what.qpos, what.mocap)
+        return Motion(what.time, "s", what.position, what.quaternion, what.tracking_error, world)
     if isinstance(what, Trajectory):
         return _timed(scene, what, spacing)
     if isinstance(what, Plan):

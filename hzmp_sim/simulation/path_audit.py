@@ -85,7 +85,8 @@ def audit(
 ) -> Audit:
     """Clearance to every obstacle along a motion by `mj_geomDistance`, and where it is least.
 
-    At each pose the body is compared with each geom that MuJoCo could bring into contact with it.
+    At each pose the body is compared with each geom that MuJoCo could bring into contact with it;
+    with geoms that move, on the way of a flight: where they were then.
     On a path or trajectory it keeps the orientation in which it starts. On the way of a flight, the
     tracking error at a pose may have used up as much of the clearance.
 
@@ -108,10 +109,16 @@ def audit_motion(scene: Scene, motion: Motion) -> Audit:
     body = _Posed(scene, data)
     distances = BodyDistances(scene, data)
     pairs: dict[int, list[int]] = {}
+    moving = {item.geom for item in scene.moving}
     for number, pair in enumerate(distances.pairs):
-        pairs.setdefault(pair.other, []).append(number)
+        if motion.world is not None or pair.other not in moving:
+            pairs.setdefault(pair.other, []).append(number)
     watched = [_Watch(scene, motion, geom) for geom in pairs]
     for k in range(len(motion.progress)):
+        if moving and motion.world is not None:
+            data.qpos[:], mocap = motion.world[0][k], motion.world[1][k]
+            data.mocap_pos[:], data.mocap_quat[:] = mocap[:, :3], mocap[:, 3:]
+            mujoco.mj_kinematics(scene.model, data)
         body.move(motion.position[k], None if motion.quaternion is None else motion.quaternion[k])
         distances.follow()
         bounds = distances.bounds()
@@ -138,7 +145,7 @@ class _Watch:
         self.geom = geom
         self._motion, self._name = motion, scene.geom_name(geom)
         self._role = next(report.role for report in scene.geoms if report.geom == geom)
-        self._required = scene.clearance if self._role == "obstacle" else 0.0
+        self._required = scene.clearance if self._role in ("obstacle", "moving") else 0.0
         self._free = self._planner_free(scene)
         self._least, self._at = math.inf, 0
         self._shortfall = self._disagreement = -math.inf

@@ -7,10 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import QueryError
+from hzmp_sim.motion.reading import read_motion
+from hzmp_sim.motion.script import MotionScript
 from hzmp_sim.scene import Scene, load_scene
 from hzmp_sim.simulation.motion import Motion
 
@@ -35,7 +38,11 @@ def read_run(directory: str | Path) -> tuple[Scene, Motion]:
         ) from error
     if not (folder / "trajectory.parquet").is_file():
         raise QueryError(f"{folder}: nothing was flown ({status}), so there is nothing to audit")
-    scene = load_scene(folder / "scene.xml", body, workspace=tuple(corners), **arguments)
+    script = folder / "motion.toml"
+    motion = read_motion(script) if script.is_file() else MotionScript()
+    scene = load_scene(
+        folder / "scene.xml", body, motion=motion, workspace=tuple(corners), **arguments
+    )
     return scene, _motion(folder / "trajectory.parquet")
 
 
@@ -57,6 +64,11 @@ def _metrics(folder: Path) -> dict[str, Any]:
     return found
 
 
+def _world(table: pa.Table) -> tuple[Floats, Floats]:
+    qpos, mocap = (np.array(table.column(name).to_pylist()) for name in ("qpos", "mocap"))
+    return qpos, mocap.reshape(len(qpos), -1, 7)
+
+
 def _motion(file: Path) -> Motion:
     def columns(*names: str) -> Floats:
         values = [table.column(name).to_numpy() for name in names]
@@ -70,6 +82,7 @@ def _motion(file: Path) -> Motion:
             position=columns("x_m", "y_m", "z_m"),
             quaternion=columns("qw", "qx", "qy", "qz"),
             error=columns("tracking_error_m")[:, 0],
+            world=_world(table) if "qpos" in table.column_names else None,
         )
     except (OSError, KeyError, ValueError) as error:  # Arrow's own errors are ValueErrors
         raise QueryError(f"{file} is not the log of a flight: {error}") from error

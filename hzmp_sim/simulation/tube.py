@@ -18,6 +18,7 @@ from hzmp_planners.sets import Polytope
 from hzmp_sim.scene import Scene
 from hzmp_sim.settings import RunSettings
 from hzmp_sim.simulation.actuation import actuation_for
+from hzmp_sim.simulation.guide import FixedGuide
 from hzmp_sim.simulation.loop import fly
 from hzmp_tracking import time_parameterize
 
@@ -46,14 +47,21 @@ def tracking_tube(scene: Scene, settings: RunSettings = _DEFAULTS) -> float:
     model = copy.copy(scene.model)
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     empty = replace(scene, model=model)
-    actuation = actuation_for(scene.model, scene.body)
+    actuation = actuation_for(scene.model, scene.body, scene.shape.max_tilt)
     limits = settings.limits(actuation.default_limits)
     worst = 0.0
     for number in range(_FLIGHTS):
         waypoints, cells = _course(scene, np.random.default_rng([settings.seed, number]))
         trajectory = time_parameterize(waypoints, cells, limits)
         seeded = replace(settings, seed=settings.seed + number)
-        flight = fly(empty, trajectory, actuation, seeded, lambda _: None)
+        guide = FixedGuide(
+            scene,
+            trajectory,
+            settings.goal_tolerance,
+            settings.settle_time,
+            actuation.smoothing,
+        )
+        flight = fly(empty, guide, actuation, seeded, lambda _: None)
         worst = max(worst, float(flight.log.tracking_error.max()))
     return worst
 

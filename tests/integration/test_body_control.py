@@ -9,6 +9,7 @@ from hzmp_planners.errors import SceneError
 from hzmp_planners.sets import Polytope
 from hzmp_sim.simulation.actuation import actuation_for
 from hzmp_tracking import Limits, Trajectory, time_parameterize
+from hzmp_tracking.smoothing import smooth_sample
 
 BODIES = Path(__file__).parents[2] / "models" / "bodies"
 DT = 0.002
@@ -42,7 +43,8 @@ def errors_of_flight(
         data.qpos[3:7] = [np.cos(tilt / 2), np.sin(tilt / 2), 0.0, 0.0]
     actuation.trim(data)
     mujoco.mj_forward(model, data)
-    sample = trajectory.sample(np.arange(int((trajectory.duration + hold) / DT)) * DT)
+    times: Floats = DT * np.arange(int((trajectory.duration + hold) / DT), dtype=np.float64)
+    sample = smooth_sample(trajectory, times, actuation.smoothing)
     lifted = [np.hstack([part, np.zeros((len(part), 1))]) for part in sample]
     lifted[0][:, 2] = HEIGHT
     centre = model.body(body).id
@@ -77,6 +79,24 @@ def test_quadrotor_follows_faster_limits() -> None:
     model, body = attached("quadrotor/body.xml", "quadrotor")
     trajectory = time_parameterize(WAYPOINTS, CELLS, Limits(2.0, 4.0, 20.0))
     assert errors_of_flight(model, body, trajectory).max() <= 0.020
+
+
+def test_default_limits_of_the_quadrotor_follow_from_its_rotors() -> None:
+    model, body = attached("quadrotor/body.xml", "quadrotor")
+    actuation = actuation_for(model, body)
+    assert actuation.rotors is not None
+    assert actuation.rotors.most_thrust == pytest.approx(18.0 / 0.6)
+    limits = actuation.default_limits
+    assert limits.total_acceleration == pytest.approx(9.81 * np.sin(0.8 * 0.6))
+    usage = actuation.rotors.usage(time_parameterize(WAYPOINTS, CELLS, limits))
+    assert max(usage[:3]) <= 0.8 * (1.0 + 1e-3)
+    # Weaker motors bound the thrust, and with it everything.
+    model.actuator_ctrlrange[:, 1] = 1.2 * 0.6 * 9.81 / 4.0
+    weak = actuation_for(model, body).default_limits
+    assert weak.total_acceleration == pytest.approx(0.8 * 0.2 * 9.81)
+    assert actuation_for(model, body, max_tilt=0.1).default_limits.total_acceleration == (
+        pytest.approx(9.81 * np.sin(0.08))
+    )
 
 
 def test_quadrotor_hovers_still() -> None:
@@ -158,8 +178,7 @@ SLIDE = '<joint name="x" type="slide" axis="1 0 0"/>'
         ("", "", "'cart' has no joint: valid are"),
         ('<joint type="hinge"/>', "", "joints of type hinge: valid are"),
         (SLIDE, "", "'x' of body 'cart' has no actuator of its own"),
-        (SLIDE, '<position joint="x"/>', "needs one motor"),
-        (SLIDE, '<motor joint="x"/><motor joint="x"/>', "needs one motor"),
+        (SLIDE, '<motor joint="x"/><motor joint="x"/>', "needs one actuator"),
         (SLIDE, '<motor joint="x" gear="0"/>', "gear or gain 0"),
         (SLIDE.replace("1 0 0", "1 1 0"), '<motor joint="x"/>', "world axis of its own"),
         (SLIDE + SLIDE.replace('"x"', '"y"'), '<motor joint="x"/><motor joint="y"/>', "its own"),

@@ -19,6 +19,7 @@ import pytest
 
 import hzmp_sim as hz
 from hzmp_sim.simulation.metrics import EXIT_CODES
+from hzmp_sim.simulation.slide_actuation import SlideActuation
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 WORLDS = ("enclosure", "narrow_passage", "maze", str(DATA / "all_geoms.xml"))
@@ -358,17 +359,15 @@ def test_inspect_and_plan_as_json() -> None:
 def test_a_flight_that_blows_up_ends_with_data_and_a_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from hzmp_sim.simulation import actuation
+    gentle = SlideActuation.apply
 
-    gentle = actuation.SlideActuation.apply
-
-    def push(self: actuation.SlideActuation, data: mujoco.MjData, *told: Any) -> None:
+    def push(self: SlideActuation, data: mujoco.MjData, *told: Any) -> None:
         gentle(self, data, *told)
         if data.time > 0.5:
             data.qfrc_applied[:] = 1e12
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(actuation.SlideActuation, "apply", push)
+    monkeypatch.setattr(SlideActuation, "apply", push)
     run = hz.simulate(hz.load_scene("enclosure", body="point"))
     assert run.log is not None
     assert 0.4 < run.log.time[-1] < 0.6

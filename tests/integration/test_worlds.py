@@ -6,11 +6,14 @@ import mujoco
 import numpy as np
 import pytest
 
+import hzmp_sim as hz
 from hzmp_planners._arrays import Floats
 from hzmp_sim.scene import Scene, load_scene
 from hzmp_sim.worlds import body_path, models_dir, world_names, world_path
 
 WORLDS = ("enclosure", "maze", "narrow_passage")
+MOVING = {"crossing_traffic": 2, "pendulum_gallery": 3, "sliding_doors": 2, "warehouse": 3}
+"""Worlds in which things move, and the dimension that the point is planned in."""
 
 
 def compiled(name: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -34,13 +37,13 @@ def gap(model: mujoco.MjModel, data: mujoco.MjData, one: str, two: str) -> float
 
 
 def test_every_world_is_bundled_and_every_body_exists() -> None:
-    assert world_names() == ("enclosure", "maze", "mesh_room", "narrow_passage")
+    assert world_names() == tuple(sorted([*WORLDS, "mesh_room", *MOVING]))
     assert models_dir().is_dir()
     for file in (body_path("quadrotor"), body_path("point"), body_path("point", planar=True)):
         assert mujoco.MjModel.from_xml_path(str(file)).nu >= 2
 
 
-@pytest.mark.parametrize("name", [*WORLDS, "mesh_room"])
+@pytest.mark.parametrize("name", [*WORLDS, "mesh_room", *MOVING])
 def test_world_has_what_a_scene_needs(name: str) -> None:
     model, _ = compiled(name)
     assert model.opt.timestep == 0.002
@@ -148,3 +151,37 @@ def test_maze_has_13_obstacles_and_passages_of_60_cm() -> None:
         low, high = box(model, data, name)
         assert min(high - low) == pytest.approx(0.3)
         assert (low[2], high[2]) == (0.0, 2.0)
+
+
+@pytest.mark.parametrize("name", MOVING)
+@pytest.mark.parametrize("body", ["point", "quadrotor"])
+def test_worlds_that_move_have_a_script_and_a_way_past_what_stands(name: str, body: str) -> None:
+    scene = load_scene(name, body)
+    assert scene.n == (3 if body == "quadrotor" else MOVING[name])
+    assert scene.warnings == ()
+    assert scene.motion is not None
+    space = scene.free_space()
+    labels = space.graph.components
+    assert set(labels[space.leaves_at(scene.start)]) & set(labels[space.leaves_at(scene.goal)])
+    driven = {motion.name for motion in scene.motion.motions}
+    bodies = {scene.model.body(scene.model.geom_bodyid[item.geom]).name for item in scene.moving}
+    assert driven <= bodies
+    assert bodies - driven == ({"pendulum_2", "pendulum_4"} if "pendulum" in name else set())
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_what_moves_comes_in_the_way_and_leaves_start_and_goal_alone(name: str) -> None:
+    scene = load_scene(name, "quadrotor")
+    sweep = hz.Predictor(scene).sweep
+    sweep.intervals(np.array([0.0]), np.array([30.0]))
+    corners = sweep.corners(0, 7500)
+    low, high = corners.min(axis=2), corners.max(axis=2)
+    radii = np.array([item.radius for item in scene.moving])[:, None]
+    for point in (scene.start, scene.goal):
+        apart = np.maximum(low - radii - point, point - high - radii).max(axis=2)
+        assert apart.min() > scene.radius + scene.clearance
+    # Its boxes meet the middle of the way now and then, and now and then they do not.
+    across = np.linspace(scene.start, scene.goal, 50)[:, None, None]
+    meets = ((low - radii <= across) & (across <= high + radii)).all(axis=3).any(axis=(0, 2))
+    assert meets.any()
+    assert not meets.all()

@@ -49,6 +49,7 @@ def replay(scene: Scene, trajectory: Trajectory, seconds: float) -> FlightLog:
     return FlightLog(
         time=time,
         qpos=qpos,
+        mocap=np.zeros((len(time), model.nmocap, 7)),
         position=position,
         quaternion=quaternion,
         velocity=velocity,

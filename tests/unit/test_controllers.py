@@ -7,10 +7,12 @@ import pytest
 from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_tracking.controllers import (
     BodyState,
+    DisturbanceObserver,
     Mixer,
     PointController,
     QuadrotorController,
     Reference,
+    rotor_limits,
 )
 
 ARM, DRAG, MASS = 0.09, 0.016, 0.6
@@ -119,11 +121,91 @@ def test_heading_is_restored_about_the_vertical() -> None:
 
 
 def test_lead_reaches_the_wanted_thrust_after_the_lead_time() -> None:
-    lag, lead, present = 0.03, 0.01, [1.3, 1.4, 1.5, 1.6]
-    state = BodyState((0.0,) * 3, (0.0,) * 3, rotor_thrusts=present)
-    inputs = quadrotor(motor_lag=lag, lead_time=lead).command(state, Reference((0.0,) * 3))
-    after = np.array(inputs) + (np.array(present) - inputs) * math.exp(-lead / lag)
+    lag, lead = 0.03, 0.01
+    state = BodyState((0.0,) * 3, (0.0,) * 3)
+    controller = quadrotor(motor_lag=lag, lead_time=lead, time_step=0.002, observer_frequency=0.0)
+    # A step of tilting first, so that the rotors are not at rest; their model goes on from it.
+    tilting = controller.command(state, Reference((0.3, -0.1, 0.2)))
+    present = HOVER + (np.array(tilting) - HOVER) * (1.0 - math.exp(-0.002 / lag))
+    inputs = controller.command(state, Reference((0.0,) * 3))
+    after = np.array(inputs) + (present - inputs) * math.exp(-lead / lag)
     assert after == pytest.approx([HOVER] * 4)
+
+
+def test_snap_becomes_angular_acceleration() -> None:
+    state = BodyState((0.0,) * 3, (0.0,) * 3)
+    wrench = ALLOCATION @ quadrotor().command(state, Reference((0.0,) * 3, snap=(20.0, -10.0, 0.0)))
+    assert wrench[1:] == pytest.approx(INERTIA @ [10.0 / 9.81, 20.0 / 9.81, 0.0], abs=1e-12)
+
+
+def test_what_is_unknown_is_held_against_and_forgotten_by_reset() -> None:
+    controller, dt, wind = quadrotor(time_step=0.002), 0.002, 1.5
+    thrusts: tuple[float, ...] = ()
+    at, velocity = Reference((0.0,) * 3), 0.0
+    for _ in range(1000):  # pushed along z, held in place by nothing: only its velocity tells
+        thrusts = controller.command(BodyState((0.0,) * 3, (0.0, 0.0, velocity)), at)
+        velocity += dt * (sum(thrusts) / MASS - 9.81 + wind)
+    assert sum(thrusts) / MASS == pytest.approx(9.81 - wind, abs=1e-3)
+    assert velocity == pytest.approx(0.0, abs=1e-3)
+    controller.reset()
+    assert controller.command(BodyState((0.0,) * 3, (0.0,) * 3), at) == pytest.approx([HOVER] * 4)
+
+
+def test_observer_finds_a_constant_push_and_believes_no_more_than_told() -> None:
+    dt = 0.002
+    for push, found in (([0.5, -1.0, 0.2], [0.5, -1.0, 0.2]), ([0.0, 9.0, 0.0], [0.0, 3.0, 0.0])):
+        observer, velocity = DisturbanceObserver(15.0, dt, 3.0), np.zeros(3)
+        seen: list[float] = []
+        for k in range(1500):
+            thrust = np.array([math.sin(k * dt), 0.3, -0.1])
+            _, seen = observer.update(velocity.tolist(), thrust.tolist())
+            velocity = velocity + dt * (thrust + push)
+        assert seen == pytest.approx(found, abs=1e-3)
+
+
+def test_observed_velocity_is_less_noisy_than_measured() -> None:
+    rng, dt = np.random.default_rng(1), 0.002
+    observer, velocity, errors = DisturbanceObserver(15.0, dt, 3.0), 0.0, []
+    for k in range(5000):
+        acceleration = math.cos(k * dt)
+        measured = velocity + 0.1 * float(rng.standard_normal())
+        known, _ = observer.update([measured, 0.0, 0.0], [acceleration, 0.0, 0.0])
+        errors.append(known[0] - velocity)
+        velocity += dt * acceleration
+    assert np.std(errors[1000:]) < 0.1 / 3.0
+
+
+@pytest.mark.parametrize("wrong", [(-1.0, 0.002, 1.0), (600.0, 0.002, 1.0), (5.0, 0.0, 1.0)])
+def test_observer_refuses_nonsense(wrong: tuple[float, float, float]) -> None:
+    with pytest.raises(QueryError, match="frequency"):
+        DisturbanceObserver(*wrong)
+
+
+def test_rotors_that_follow_from_the_body_reach_as_far_as_its_torque() -> None:
+    window, tilt = 0.08, 0.6
+    rotors = rotor_limits(MASS, INERTIA, ALLOCATION, (LOW, HIGH), (0, 0, -9.81), tilt, window)
+    assert rotors.most_thrust == pytest.approx(18.0 / MASS)
+    assert rotors.acceleration == pytest.approx(9.81 * math.sin(tilt))
+    # At the least a reference lets them carry, about the worst horizontal axis, one rotor stops.
+    usual = rotors.scaled(0.8)
+    mixer, lift = np.linalg.inv(ALLOCATION), MASS * (9.81 - usual.acceleration)
+    least = math.inf
+    for angle in np.linspace(0.0, 2.0 * math.pi, 721):
+        alpha = 2.0 * rotors.body_rate / window * np.array([math.cos(angle), math.sin(angle), 0.0])
+        least = min(least, (mixer @ [lift, *(INERTIA @ alpha)]).min())
+    assert least == pytest.approx(0.0, abs=1e-4)
+    assert usual.tilt == pytest.approx(0.8 * tilt)
+    assert usual.body_rate == pytest.approx(0.8 * rotors.body_rate)
+    assert usual.most_thrust - 9.81 == pytest.approx(0.8 * (rotors.most_thrust - 9.81))
+
+
+def test_mixer_keeps_as_much_roll_and_pitch_as_fits() -> None:
+    mixer = Mixer(ALLOCATION)
+    for roll, pitch in ((1.2, 0.0), (0.9, -0.7), (0.1, 2.0)):
+        got = ALLOCATION @ mixer.allocate((6.0, roll, pitch, 0.0), LOW, HIGH)
+        turn = np.linalg.inv(ALLOCATION) @ [0.0, roll, pitch, 0.0]
+        share = min(1.0, 4.5 / np.ptp(turn))
+        assert got[1:3] == pytest.approx([share * roll, share * pitch], abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -81,8 +81,8 @@ def changed(folder: Path, old: str, new: str) -> Path:
         ('pos="-2 0 1"', 'pos="0.1 0 1"', ["start", "inside obstacle wall", "0.2 m"]),
         (
             "<!-- more -->",
-            '<body name="door"><joint axis="0 0 1"/><geom name="leaf" size="0.2"/></body>',
-            ["leaf", "jointed body 'door'"],
+            '<body name="door"><joint/><geom name="leaf" type="sdf" mesh="tent"/></body>',
+            ["leaf is a sdf geom on a body that moves", "valid there are box, sphere"],
         ),
         (
             "<!-- tail -->",
@@ -170,7 +170,7 @@ def test_bodies_that_cannot_be_planned(
 
 def test_files_that_are_not_worlds(tmp_path: Path) -> None:
     assert "no such file" in str(refusal(tmp_path / "missing.xml"))
-    assert "bundled worlds: enclosure, maze, mesh_room, narrow" in str(refusal(Path("mase")))
+    assert "bundled worlds: crossing_traffic, enclosure, maze" in str(refusal(Path("mase")))
     assert "folder" in str(refusal(tmp_path))
     empty = tmp_path / "empty.xml"
     empty.write_text("")

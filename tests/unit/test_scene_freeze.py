@@ -6,7 +6,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from hzmp_planners.errors import SceneError
 from hzmp_sim.scene import load_scene
 
 WORLD = """
@@ -49,9 +48,13 @@ def world(tmp_path: Path) -> Path:
     return file
 
 
-def test_a_refusal_names_the_way_out(world: Path) -> None:
-    with pytest.raises(SceneError, match=r"leaf is on the jointed body 'door'.*--freeze"):
-        load_scene(world, "robot")
+def test_what_is_not_frozen_moves(world: Path) -> None:
+    scene = load_scene(world, "robot")
+    roles = {g.name: (g.role, g.reason) for g in scene.geoms}
+    assert roles["leaf"] == ("moving", "moves with the joints of body 'door'")
+    assert roles["wall"][0] == "obstacle"
+    assert "leaf" in {item.name for item in scene.moving}
+    assert not {item.geom for item in scene.moving} & set(scene.obstacle_geoms)
 
 
 @pytest.mark.parametrize("body", ["robot", "point"])

@@ -73,8 +73,49 @@ def test_one_axis_brakes_later_where_the_cell_is_slanted() -> None:
     slow_x = Limits(velocity=2.0, acceleration=[2.0, 4.0], jerk=20.0)
     stop = stop_trajectory([0.0, 0.0], velocity, lane, slow_x)
     check(stop, np.zeros(2), velocity, np.zeros(2))
-    fastest = 1.9 / 2.0 + 2.0 / 20.0
-    assert fastest < stop.duration < 1.05 * fastest
+    # Straight on, y as slowly as x has to: no stop is faster.
+    assert stop.duration == pytest.approx(1.9 / 2.0 + 2.0 / 20.0)
+
+
+def test_a_spline_steers_where_the_acceleration_leaves_the_line() -> None:
+    lane = Polytope.from_halfspaces([[1.0, -1.0], [-1.0, 1.0], [1.0, 0.0], [-1.0, 0.0]],
+                                    [0.05, 0.05, 3.0, 1.0])  # fmt: skip
+    velocity, acceleration = np.array([1.9, 1.9]), np.array([0.2, -0.2])
+    slow_x = Limits(velocity=2.0, acceleration=[2.0, 4.0], jerk=20.0)
+    stop = stop_trajectory([0.0, 0.0], velocity, lane, slow_x, acceleration)
+    check(stop, np.zeros(2), velocity, acceleration)
+    assert stop.duration < 1.15 * (1.9 / 2.0 + 2.0 / 20.0)
+
+
+NORMED = Limits(2.0, 4.0, 20.0, speed=2.0, total_acceleration=4.0, total_jerk=20.0)
+
+
+def test_norms_alone_are_braked_straight_and_at_full_force() -> None:
+    everywhere = Polytope.from_box([-9.0] * 3, [9.0] * 3)
+    velocity = 1.8 * np.array([2.0, -1.0, 2.0]) / 3.0
+    stop = stop_trajectory(np.zeros(3), velocity, everywhere, NORMED)
+    check(stop, np.zeros(3), velocity, np.zeros(3))
+    assert stop.duration == pytest.approx(1.8 / 4.0 + 4.0 / 20.0)
+    assert stop.norm_peaks[1] == pytest.approx(4.0)
+
+
+def test_stops_keep_limits_on_norms_from_any_state_or_say_that_they_cannot() -> None:
+    rng, stopped = np.random.default_rng(11), 0
+    for _ in range(20):
+        velocity, acceleration = rng.normal(size=(2, 3))
+        velocity *= rng.uniform(0.2, 1.8) / np.linalg.norm(velocity)
+        acceleration *= rng.uniform(0.0, 2.0) / np.linalg.norm(acceleration)
+        cell = Polytope.from_box([-3.0] * 3, [3.0] * 3)
+        try:
+            stop = stop_trajectory(np.zeros(3), velocity, cell, NORMED, acceleration)
+        except QueryError:
+            continue
+        stopped += 1
+        check(stop, np.zeros(3), velocity, acceleration)
+        sample = stop.sample(np.linspace(0.0, stop.duration, 2001))
+        for values, norm in zip(sample[1:], NORMED.norms, strict=True):
+            assert np.linalg.norm(values, axis=1).max() <= norm * (1.0 + 1e-9)
+    assert stopped >= 18
 
 
 def test_the_cell_in_which_the_stop_is_possible_is_taken() -> None:

@@ -89,7 +89,10 @@ def test_what_does_not_go_on_is_refused(curve: Trajectory) -> None:
 
 
 @pytest.mark.parametrize("name", FORMATS)
-@pytest.mark.parametrize("limits", [LIMITS, Limits([2.0, 1.0], 4.0, [30.0, 20.0])])
+@pytest.mark.parametrize(
+    "limits",
+    [LIMITS, Limits([2.0, 1.0], 4.0, [30.0, 20.0]), Limits(2.0, 4.0, 20.0, total_jerk=18.0)],
+)
 def test_files_keep_every_bit(tmp_path: Path, name: str, limits: Limits) -> None:
     curve = time_parameterize([[0.5, 0.5], [3.0, 0.5], [3.5, 0.7]], CELLS[:2], limits)
     curve.save(tmp_path / name)
@@ -104,10 +107,10 @@ def test_files_keep_every_bit(tmp_path: Path, name: str, limits: Limits) -> None
 
 
 def test_usage_of_limits_is_that_of_the_peaks(curve: Trajectory) -> None:
-    assert curve.limit_usage.shape == (3, 2)
+    assert curve.limit_usage.shape == (3, 3)  # two axes and the norm
     assert 0.99 < curve.limit_usage.max() <= 1.0 + 1e-9
     sample = curve.sample(np.linspace(0.0, curve.duration, 20001))
-    assert (np.abs(sample.velocity).max(axis=0) <= curve.limit_usage[0] * 2.0 + 1e-12).all()
+    assert (np.abs(sample.velocity).max(axis=0) <= curve.limit_usage[0, :2] * 2.0 + 1e-12).all()
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -1,51 +1,16 @@
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 
-from hzmp_planners._arrays import Floats
+from corridors import L_SHAPE, LIMITS, check, random_boxes
 from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_planners.sets import Polytope
-from hzmp_tracking import Limits, Trajectory, time_parameterize
+from hzmp_tracking import Limits, time_parameterize
 
 DATA = Path(__file__).parents[1] / "data"
-LIMITS = Limits(velocity=2.0, acceleration=4.0, jerk=20.0)
-L_SHAPE = (
-    [[0.5, 0.5], [3.0, 0.5], [3.5, 1.0], [3.5, 3.5]],
-    [Polytope.from_box(*box) for box in (([0, 0], [3, 1]), ([3, 0], [4, 1]), ([3, 1], [4, 4]))],
-)
-
-
-def check(
-    trajectory: Trajectory,
-    waypoints: ArrayLike,
-    cells: Sequence[Polytope],
-    limits: Limits,
-    containment: float = 0.0,
-) -> None:
-    """Everything that a trajectory promises, by dense samples beside its own certificates."""
-    points = np.asarray(waypoints, dtype=float)
-    assert trajectory.containment <= containment
-    for peak, bound in zip(trajectory.peaks, limits.per_axis(points.shape[1]), strict=True):
-        assert (peak <= bound * (1 + 1e-9)).all()
-    t = np.linspace(0.0, trajectory.duration, 4001)
-    sample = trajectory.sample(t)
-    inside = np.min([cell.violation(sample.position) for cell in cells], axis=0)
-    assert inside.max() <= 1e-12 * max(1.0, np.abs(points).max())
-    assert np.allclose(sample.position[[0, -1]], points[[0, -1]], atol=1e-12)
-    assert not sample.velocity[-1].any()
-    step = t[1] - t[0]
-    # Continuous up to the acceleration: samples differ by no more than the next derivative allows.
-    for lower, upper in ((0, 1), (1, 2), (2, 3)):
-        jumps = np.abs(np.diff(sample[lower][:-1], axis=0)).max()
-        assert jumps <= step * np.abs(sample[upper]).max() * 1.001 + 1e-7
-    for k in range(1, len(points) - 1):
-        via = trajectory.waypoints[k]
-        assert max(cells[k - 1].violation(via)[0], cells[k].violation(via)[0]) <= 1e-10
 
 
 @pytest.mark.parametrize("name", ["corridor_3", "corridor_4"])
@@ -57,22 +22,52 @@ def test_reference_corridors_are_near_the_best_known(name: str) -> None:
     assert trajectory.duration <= 1.02 * case["reference"]["best_known_s"]
 
 
-def random_boxes(rng: np.random.Generator, K: int, n: int) -> tuple[Floats, list[Polytope]]:
-    """A chain of boxes that share faces, with random points on them."""
-    lo, hi = np.zeros(n), rng.uniform(0.3, 2.0, n)
-    cells, points = [Polytope.from_box(lo, hi)], [(lo + hi) / 2]
-    for _ in range(K - 1):
-        axis, size = int(rng.integers(n)), rng.uniform(0.05, 2.0, n)
-        low = lo + rng.uniform(-0.4, 0.6, n) * (hi - lo)
-        high = np.maximum(low + size, lo + 0.2 * (hi - lo))
-        low[axis], high[axis] = hi[axis], hi[axis] + size[axis]
-        a, b = np.maximum(lo, low), np.minimum(hi, high)
-        points.append(a + (b - a) * rng.uniform(0.0, 1.0, n))
-        points[-1][axis] = hi[axis]
-        lo, hi = low, high
-        cells.append(Polytope.from_box(lo, hi))
-    points.append((lo + hi) / 2)
-    return np.array(points), cells
+@pytest.mark.parametrize(("K", "n", "seed"), [(2, 3, 0), (4, 2, 1), (6, 3, 2), (9, 2, 3),
+                                              (12, 3, 4)])  # fmt: skip
+@pytest.mark.parametrize(
+    "limits",
+    [
+        Limits(2.0, 4.0, 20.0, speed=2.0, total_acceleration=4.0, total_jerk=20.0),
+        Limits(2.0, 4.0, 20.0, total_acceleration=2.5),
+        Limits(2.0, 3.0, 20.0, speed=2.5, total_jerk=25.0),
+    ],
+)
+def test_norms_are_kept_at_every_instant(K: int, n: int, seed: int, limits: Limits) -> None:
+    points, cells = random_boxes(np.random.default_rng(seed), K, n)
+    trajectory = time_parameterize(points, cells, limits)
+    check(trajectory, points, cells, limits)
+    sample = trajectory.sample(np.linspace(0.0, trajectory.duration, 40_001)[:-1])
+    rows = zip(trajectory.norm_peaks, sample[1:], limits.norms, strict=True)
+    for peak, values, norm in rows:
+        dense = float(np.linalg.norm(values, axis=1).max())
+        assert peak <= norm * (1.0 + 1e-9)
+        assert dense - 1e-9 <= peak <= dense + 1e-3  # over all instants, and not above them
+    usage = trajectory.limit_usage[:, -1]
+    assert usage == pytest.approx(trajectory.norm_peaks / np.array(limits.norms))
+    assert trajectory.limit_usage.max() > 0.999
+
+
+def test_norms_from_a_moving_start() -> None:
+    limits = Limits(2.0, 4.0, 20.0, speed=2.0, total_acceleration=4.0, total_jerk=20.0)
+    whole = time_parameterize(*L_SHAPE, limits)
+    for t in (0.25, 0.5, 0.75):
+        state = whole.sample(t * whole.duration)
+        piece = int(np.searchsorted(whole.breakpoints, t * whole.duration, side="right")) - 1
+        k = int(whole.piece_cells[piece])
+        points = np.vstack([state.position, whole.waypoints[k + 1 :]])
+        rest = time_parameterize(
+            points, whole.cells[k:], limits, state.velocity[0], state.acceleration[0]
+        )
+        assert rest.limit_usage.max() <= 1.0 + 1e-9
+        assert rest.containment <= 0.0
+    with pytest.raises(QueryError, match=r"in all; the limit is 2"):
+        time_parameterize(*L_SHAPE, limits, start_velocity=[1.8, 1.8])
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), [1.0, 2.0]])
+def test_norms_that_make_no_sense_are_refused(bad: Any) -> None:
+    with pytest.raises((QueryError, ShapeError), match="total_jerk"):
+        Limits(total_jerk=bad)
 
 
 @pytest.mark.parametrize(("K", "n", "seed"), [(2, 2, 0), (5, 3, 1), (9, 2, 2), (9, 3, 3),

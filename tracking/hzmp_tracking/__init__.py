@@ -7,9 +7,10 @@ from hzmp_tracking.controllers import (
     QuadrotorController,
     Reference,
 )
+from hzmp_tracking.flatness import RotorDemand, RotorLimits, rotor_demand
 from hzmp_tracking.limits import Limits
 from hzmp_tracking.safe_stop import stop_trajectory
-from hzmp_tracking.timing import time_parameterize
+from hzmp_tracking.timing import quick_trajectory, time_parameterize
 from hzmp_tracking.trajectory import Sample, Trajectory
 
 __all__ = [
@@ -19,8 +20,12 @@ __all__ = [
     "PointController",
     "QuadrotorController",
     "Reference",
+    "RotorDemand",
+    "RotorLimits",
     "Sample",
     "Trajectory",
+    "quick_trajectory",
+    "rotor_demand",
     "stop_trajectory",
     "time_parameterize",
 ]

@@ -38,8 +38,8 @@ def cubic_maxima(coefficients: Floats, durations: Floats) -> Floats:
     best = np.maximum(k0, k0 + k1 + k2 + k3)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for s in (q / (3.0 * k3), k1 / q):
-            # nan: 0 / 0, the derivative is constant or has its double root at s = 0.
-            s = np.clip(np.nan_to_num(s, nan=0.0), 0.0, 1.0)
+            # nan: 0 / 0, the derivative is constant or has its double root at s = 0; fmax drops it.
+            s = np.fmin(np.fmax(s, 0.0), 1.0)
             best = np.maximum(best, k0 + s * (k1 + s * (k2 + s * k3)))
     return np.asarray(best)
 

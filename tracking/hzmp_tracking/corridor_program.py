@@ -11,9 +11,10 @@ import numpy as np
 from scipy import sparse
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._clarabel import Cone
+from hzmp_planners._clarabel import Cone, second_order_cones
 from hzmp_planners.sets import Polytope
 from hzmp_tracking.containment import derivative_maxima
+from hzmp_tracking.extrema import norm_maxima
 from hzmp_tracking.limits import Limits
 from hzmp_tracking.spline import Spline, Windowed
 from hzmp_tracking.vias import Vias, facet_margins, shared_plane
@@ -30,7 +31,7 @@ class Corridor:
     """Point, unit normal (r, n) and offset (r,): a.x <= b."""
     crossing: tuple[Ints, Floats, Floats]
     """The same for a.x = b: knots on shared faces."""
-    limits: tuple[Floats, Floats, Floats]
+    limits: Limits
     velocity: Floats
     acceleration: Floats
 
@@ -68,10 +69,7 @@ class Corridor:
                 if plane is not None and pair == k:
                     crossing.append(_pairs(point, plane[None, :n], plane[n:]))
         empty = _pairs(np.zeros(0, dtype=np.int64), np.zeros((0, n)), np.zeros(0))
-        return cls(
-            _stacked(inside), _stacked([empty, *crossing]), limits.per_axis(n),
-            velocity, acceleration,
-        )  # fmt: skip
+        return cls(_stacked(inside), _stacked([empty, *crossing]), limits, velocity, acceleration)
 
     def violation(self, spline: Spline) -> float:
         """Largest a.x - b of the points and |a.x - b| of the crossings, at least 0 [m]."""
@@ -82,9 +80,12 @@ class Corridor:
 
     def stretch(self, spline: Spline) -> float:
         """Factor on time that brings the exact maxima of all derivatives to their limits."""
-        peaks = derivative_maxima(spline.coefficients(), spline.d)
-        v, a, j = (float((p / bound).max()) for p, bound in zip(peaks, self.limits, strict=True))
-        return max(v, float(np.sqrt(a)), float(np.cbrt(j)))
+        coefficients = spline.coefficients()
+        bounded = np.isfinite(self.limits.norms).any()
+        norms = norm_maxima(coefficients, spline.d) if bounded else np.zeros(3)
+        usage = self.limits.usage(derivative_maxima(coefficients, spline.d), norms)
+        v, a, j = usage.max(axis=1).tolist()
+        return float(max(v, np.sqrt(a), np.cbrt(j)))
 
     def merit(self, spline: Spline) -> float:
         """Duration within the limits [s], plus a price on leaving the cells."""
@@ -96,6 +97,9 @@ class Corridor:
 class Program:
     """Linearised constraints: values + rows (change) <= 0, the first `equal` of them = 0.
 
+    Bounds on norms come last: in groups of n + 1 rows, (steps, change / limit) lies in the
+    second-order cone, both negated like the values of all other rows.
+
     Unknowns: changes of the free entries of c[:, 0], .., c[:, n-1], then of d.
     """
 
@@ -103,7 +107,12 @@ class Program:
     values: Floats
     equal: int
     steps: Floats
-    """Denominators of the last rows, those of the limits: |change| / limit - steps <= 0."""
+    """Denominators of the last rows, those of the limits: |change| / limit - steps <= 0. Of a cone
+    only the first row has one, the others have 0."""
+    norms: int
+    """Number of bounds on norms."""
+    cone: int
+    """Rows of each of them, n + 1."""
     free: Bools
     """Which of all entries of c and d are unknowns; the ends at rest are not."""
 
@@ -133,28 +142,47 @@ class Program:
         # In motion, time cannot be stretched afterwards to make up for the solver's tolerance.
         share = 1.0 if corridor.resting else 1.0 - _SLACK
         bounds: list[_Rows] = []
+        cones: list[_Rows] = []
+        scales: list[Floats] = []
+        cone_scales: list[Floats] = []
         given = (corridor.velocity, corridor.acceleration, np.zeros(n))
-        for (change, steps, positions), bound, first in zip(
-            derivatives, corridor.limits, given, strict=True
+        limits = zip(corridor.limits.per_axis(n), corridor.limits.norms, strict=True)
+        for (change, steps, positions), (bound, norm), first in zip(
+            derivatives, limits, given, strict=True
         ):
-            at = np.tile(np.arange(steps.size), 2 * n)
-            size = np.tile(share * bound, (steps.size, 1))
             # The first two: V_1 follows from V_0 when the acceleration is given.
+            size = np.tile(share * bound, (steps.size, 1))
             size[:2] = np.maximum(size[0], (1.0 + _SLACK) * np.abs(first))
-            ones = np.concatenate([np.eye(n), -np.eye(n)]).repeat(steps.size, axis=0)
+            tight = np.nonzero(bound < norm)[0]  # the others follow from the norm
+            at = np.tile(np.arange(steps.size), 2 * tight.size)
+            ones = np.concatenate([np.eye(n)[tight], -np.eye(n)[tight]])
+            ones = ones.repeat(steps.size, axis=0)
             factor = np.ones(at.size)
             bounds.append(_rows(change, at, at, ones / size[at], steps[at], positions, factor))
+            scales.append(steps[at])
+            if not np.isfinite(norm):
+                continue
+            radius = np.full(steps.size, share * norm)
+            radius[:2] = max(radius[0], (1.0 + _SLACK) * float(np.linalg.norm(first)))
+            at = np.arange(steps.size).repeat(n + 1)
+            axes = np.tile(np.vstack([np.zeros(n), -np.eye(n)]), (steps.size, 1))
+            top = np.tile(np.append(1.0, np.zeros(n)), steps.size)
+            weight = axes / radius[at, None]
+            cones.append(_rows(change, at, at, weight, steps[at], positions, top))
+            cone_scales.append(top * steps[at])
         free = np.ones((n, m + 3), dtype=np.bool_)
         free[:, [0, -3, -2, -1]] = False
         if corridor.resting:
             free[:, 1:3] = False
         every = np.append(free.ravel(), np.ones(m, dtype=np.bool_))
-        parts = [*equal, inside, *bounds]
+        parts = [*equal, inside, *bounds, *cones]
         return cls(
             _matrix(parts, m, n)[:, every],
             np.concatenate([part.value for part in parts]),
             sum(part.value.size for part in equal),
-            np.concatenate([np.tile(steps, 2 * n) for _, steps, _ in derivatives]),
+            np.concatenate([*scales, *cone_scales]),
+            sum(part.value.size for part in cones) // (n + 1),
+            n + 1,
             every,
         )
 
@@ -162,12 +190,23 @@ class Program:
         """The values, with inequalities that are violated now only kept from getting worse."""
         values = np.minimum(self.values, 0.0)
         values[: self.equal] = self.values[: self.equal]
+        if self.norms:
+            first = self.values.size - self.norms * self.cone
+            cones = self.values[first:].reshape(self.norms, -1).copy()
+            cones[:, 0] = np.minimum(cones[:, 0], -np.linalg.norm(cones[:, 1:], axis=1))
+            values[first:] = cones.ravel()
         return values
 
     def cones(self, more: int) -> list[Cone]:
         """Cones of the rows and of `more` inequalities after them."""
-        inequalities = self.values.size - self.equal + more
-        return [("zero", self.equal), ("nonnegative", inequalities)]
+        norms = self.norms * self.cone
+        inequalities = self.values.size - self.equal - norms
+        if not norms:
+            return [("zero", self.equal), ("nonnegative", inequalities + more)]
+        return [
+            ("zero", self.equal), ("nonnegative", inequalities),
+            *second_order_cones(self.cone, self.norms), ("nonnegative", more),
+        ]  # fmt: skip
 
     def moved(self, spline: Spline, change: Floats) -> Spline:
         """The spline after a change of the unknowns."""

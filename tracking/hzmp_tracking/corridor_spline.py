@@ -55,7 +55,7 @@ def corridor_spline(
     Args:
         vias: via points of the corridor.
         cells: K polytopes.
-        limits: bounds on each axis.
+        limits: bounds on axes and norms.
         velocity: at the start, shape (n,) [m/s].
         acceleration: at the start, shape (n,) [m/s^2].
     """
@@ -64,7 +64,7 @@ def corridor_spline(
     corridor = Corridor.build(vias, cells, owner, limits, velocity, acceleration)
     control = np.repeat(vias.points[:1], owner.size + 3, axis=0)
     control[-3:] = vias.points[-1]
-    spline = _fit(corridor, Spline(control, _first_steps(vias.points, owner, corridor.limits)))
+    spline = _fit(corridor, Spline(control, _first_steps(vias.points, owner, limits)))
     if spline is None:
         return None
     spline = _descend(corridor, Spline(spline.c, spline.d * corridor.stretch(spline)))
@@ -76,9 +76,9 @@ def corridor_spline(
     return Pieces(spline.coefficients(), spline.d, windows)
 
 
-def _first_steps(points: Floats, owner: Ints, limits: tuple[Floats, Floats, Floats]) -> Floats:
+def _first_steps(points: Floats, owner: Ints, limits: Limits) -> Floats:
     """Steps for a run along the polyline: at full speed, with time to turn in each cell."""
-    speed, acceleration = float(limits[0].min()), float(limits[1].min())
+    speed, acceleration = (float(box.min()) for box in limits.boxes(points.shape[1])[:2])
     turn = speed / acceleration
     times = np.linalg.norm(np.diff(points, axis=0), axis=1) / speed + 0.3 * turn
     times[[0, -1]] += 0.5 * turn

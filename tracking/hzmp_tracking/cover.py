@@ -9,6 +9,7 @@ import numpy as np
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.sets import Polytope
 from hzmp_tracking.containment import facet_values, round_off
+from hzmp_tracking.extrema import sign_changes
 
 _BISECTIONS = 60  # halves an interval of length 1 down to one rounding
 
@@ -94,8 +95,8 @@ def _split(
     b = np.concatenate([cells[k].b for k in window])
     scalar = (piece @ A.T).T.copy()
     scalar[:, 0] -= b
-    crossings = _roots(scalar, h)
-    cuts = np.concatenate([[0.0], np.sort(crossings), [h]])
+    crossings, there = sign_changes(scalar, h, _BISECTIONS)
+    cuts = np.concatenate([[0.0], np.sort(crossings[there]), [h]])
     cuts = cuts[np.concatenate([[True], np.diff(cuts) > 1e-12 * h])]
     cuts[-1] = h
     middle = 0.5 * (cuts[:-1] + cuts[1:])
@@ -120,26 +121,3 @@ def _split(
         owners.append(window[chosen])
         i += max(longest, 1)
     return np.array([*times, h]), owners
-
-
-def _roots(scalar: Floats, h: float) -> Floats:
-    """All sign changes in (0, h) of cubics (r, 4): bisection between the extrema of each."""
-    c0, c1, c2, c3 = scalar.T
-    root = np.sqrt(np.maximum(c2 * c2 - 3.0 * c3 * c1, 0.0))
-    q = -(c2 + np.copysign(root, c2))
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        extrema = np.stack([q / (3.0 * c3), c1 / q], axis=1)
-    extrema = np.sort(np.clip(np.nan_to_num(extrema, nan=0.0), 0.0, h), axis=1)
-    knots = np.hstack([np.zeros((len(c0), 1)), extrema, np.full((len(c0), 1), h)])
-    low, high = knots[:, :-1], knots[:, 1:]
-
-    def value(s: Floats) -> Floats:
-        return np.asarray(c0[:, None] + s * (c1[:, None] + s * (c2[:, None] + s * c3[:, None])))
-
-    sign = value(low) > 0.0
-    crossing = sign != (value(high) > 0.0)
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        left = (value(middle) > 0.0) == sign
-        low, high = np.where(left, middle, low), np.where(left, high, middle)
-    return np.asarray(low[crossing])

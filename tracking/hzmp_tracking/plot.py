@@ -23,15 +23,22 @@ def plot_trajectory(trajectory: Trajectory, axes: Any = None) -> Any:
     inner = trajectory.breakpoints[1:-1]
     even = np.linspace(0.0, trajectory.duration, _POINTS, endpoint=False)
     times = np.unique(np.concatenate([even, inner, np.nextafter(inner, 0.0)]))
-    bounds = (None, *trajectory.limits.per_axis(trajectory.n))
+    limits = trajectory.limits
+    bounds = (None, *limits.per_axis(trajectory.n))
+    norms = (np.inf, *limits.norms)
     names = "xyz"[: trajectory.n]
-    rows = zip(axes, _ROWS, trajectory.sample(times), bounds, strict=True)
-    for ax, label, values, bound in rows:
+    rows = zip(axes, _ROWS, trajectory.sample(times), bounds, norms, strict=True)
+    for ax, label, values, bound, norm in rows:
         for axis, name in enumerate(names):
             ax.plot(times, values[:, axis], color=f"C{axis}", label=name, linewidth=1.2)
         if bound is not None:
-            for level in np.unique(np.concatenate([bound, -bound])).tolist():
+            tight = bound[bound < norm]  # what a norm bounds more tightly is drawn once
+            for level in np.unique(np.concatenate([tight, -tight])).tolist():
                 ax.axhline(level, color="0.5", linestyle=":", linewidth=1.0)
+        if np.isfinite(norm):
+            ax.plot(times, np.linalg.norm(values, axis=1), color="0.2", label="norm", linewidth=1.2)
+            ax.axhline(norm, color="0.2", linestyle="--", linewidth=1.0)
+            ax.legend(loc="upper left", ncols=trajectory.n + 1)
         ax.set_ylabel(label)
         ax.margins(x=0.0)
     axes[0].legend(loc="upper left", ncols=trajectory.n)

@@ -78,7 +78,7 @@ def _check_joint(number: int, one: Trajectory, two: Trajectory) -> None:
     if one.n != two.n:
         raise ShapeError(f"part {number} has dimension {one.n}, part {number + 1} has {two.n}")
     limits = np.array(one.limits.per_axis(one.n))
-    if not np.array_equal(limits, np.array(two.limits.per_axis(two.n))):
+    if not one.limits.same_as(two.limits, one.n):
         raise QueryError(f"parts {number} and {number + 1} have different limits")
     scale = np.full(one.n, max(1.0, float(np.abs(one.waypoints).max())))
     end = shifted(one.coefficients[-1], float(one.durations[-1]))

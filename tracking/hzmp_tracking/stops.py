@@ -1,7 +1,8 @@
 """Straight rest-to-rest motion along a polyline, and the first move from a given state (ruckig).
 
-On a straight segment the limits of the axes become limits of the arc length, so one scalar ruckig
-profile is time-optimal there and stays on the line exactly: inside, by convexity of the cells.
+On a straight segment the limits of axes and norms become limits of the arc length, so one scalar
+ruckig profile is time-optimal there and stays on the line exactly: inside, by convexity of the
+cells.
 """
 
 from __future__ import annotations
@@ -15,7 +16,10 @@ import ruckig
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SolverError
+from hzmp_tracking.constants import LIMIT_TOL
 from hzmp_tracking.limits import Limits
+
+_LEFT = 0.01  # of a norm, shared by the axes at least: without any room ruckig finds no motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +76,39 @@ def straight(start: Floats, goal: Floats, limits: Limits, window: tuple[int, int
         standing[0, 0] = start
         return Pieces(standing, np.zeros(1), (window,))
     direction = (goal - start) / length
-    inverse = np.abs(direction)
-    v, a, j = (
-        1.0 / float((inverse / bound).max()) for bound in limits.per_axis(n)
-    )  # the tightest axis bounds the motion along the line
     request = ruckig.InputParameter(1)
     request.current_position, request.target_position = [0.0], [length]
+    return _on_line(request, start, direction, limits, window)
+
+
+def brake_straight(
+    position: Floats, velocity: Floats, acceleration: Floats, limits: Limits,
+    window: tuple[int, int],
+) -> Pieces | None:  # fmt: skip
+    """The fastest stop on the line of motion; None when the acceleration, (n,), leaves that line.
+
+    Where norms alone are bounded no stop is faster.
+    """
+    speed = float(np.linalg.norm(velocity))
+    if speed == 0.0:
+        return None
+    direction = velocity / speed
+    along = float(acceleration @ direction)
+    if float(np.linalg.norm(acceleration - along * direction)) > LIMIT_TOL * (1.0 + abs(along)):
+        return None
+    request = ruckig.InputParameter(1)
+    request.control_interface = ruckig.ControlInterface.Velocity
+    request.current_position, request.current_velocity = [0.0], [speed]
+    request.current_acceleration = [along]
+    return _on_line(request, position, direction, limits, window)
+
+
+def _on_line(
+    request: ruckig.InputParameter, start: Floats, direction: Floats, limits: Limits,
+    window: tuple[int, int],
+) -> Pieces:  # fmt: skip
+    """The scalar motion along the line from `start`, within the limits of that direction."""
+    v, a, j = limits.along(direction)
     request.max_velocity, request.max_acceleration, request.max_jerk = [v], [a], [j]
     coefficients, durations = _pieces(request)
     spread = coefficients * direction  # (m, 4, 1) * (n,)
@@ -93,16 +124,18 @@ def from_state(
     limits: Limits,
     window: tuple[int, int],
 ) -> Pieces:
-    """Time-optimal motion from a moving state to rest at `target`, or to rest anywhere (None).
+    """Motion from a moving state to rest at `target`, or to rest anywhere (None).
 
-    All states have shape (n,). The path is not straight: containment is for the caller to check.
+    All states have shape (n,). Time-optimal where axes alone are bounded; norms are bounded through
+    a box inside them. The path is not straight: containment is for the caller to check, and norms
+    as well, which a state at the edge of one may exceed.
     """
     n = position.size
     request = ruckig.InputParameter(n)
     request.current_position = position.tolist()
     request.current_velocity = velocity.tolist()
     request.current_acceleration = acceleration.tolist()
-    v, a, j = limits.per_axis(n)
+    v, a, j = box_for(velocity, acceleration, limits)
     request.max_velocity, request.max_acceleration = v.tolist(), a.tolist()
     request.max_jerk = j.tolist()
     if target is None:
@@ -112,6 +145,32 @@ def from_state(
         request.target_position = target.tolist()
     coefficients, durations = _pieces(request)
     return Pieces(coefficients, durations, (window,) * durations.size)
+
+
+def box_for(
+    velocity: Floats, acceleration: Floats, limits: Limits
+) -> tuple[Floats, Floats, Floats]:
+    """Bounds of each axis, (n,), within all limits as far as the state lets them be.
+
+    What a norm leaves beside the state is shared evenly by the axes; where that is nothing, a
+    little beyond it, which the caller has to judge.
+    """
+    n = velocity.size
+    jerk = limits.boxes(n)[2]
+    jerk = jerk * min(1.0, limits.norms[2] / float(np.linalg.norm(jerk)))
+    # Jerk needs |a| / j to end the acceleration, which adds a|a| / 2j to the velocity.
+    ended = velocity + acceleration * np.abs(acceleration) / (2.0 * jerk)
+    boxes = []
+    for needed, axis, norm in zip(
+        (np.maximum(np.abs(velocity), np.abs(ended)), np.abs(acceleration)),
+        limits.per_axis(n)[:2], limits.norms[:2], strict=True,
+    ):  # fmt: skip
+        if not np.isfinite(norm):
+            boxes.append(axis)
+            continue
+        rest = max(norm**2 - float(needed @ needed), (_LEFT * norm) ** 2) / n
+        boxes.append(np.minimum(axis, np.sqrt(needed**2 + rest)))
+    return boxes[0], boxes[1], jerk
 
 
 def _pieces(request: ruckig.InputParameter) -> tuple[Floats, Floats]:

@@ -17,7 +17,7 @@ import numpy as np
 from hzmp_planners._files import written_whole
 from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_planners.sets import Polytope
-from hzmp_tracking.limits import Limits
+from hzmp_tracking.limits import AXIS_LIMITS, NORM_LIMITS, Limits
 
 if TYPE_CHECKING:
     from hzmp_tracking.trajectory import Trajectory
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 FORMAT = "hzmp trajectory 1"
 _PIECES = ("breakpoints", "coefficients", "piece_cells")
 _BROKEN = (KeyError, TypeError, ValueError, AttributeError, EOFError, zipfile.BadZipFile)
-_LIMITS = ("velocity", "acceleration", "jerk")
 
 
 def to_json(trajectory: Trajectory, indent: int | None = None) -> str:
@@ -94,7 +93,9 @@ def _kind(path: str | PathLike[str]) -> str:
 
 def _header(trajectory: Trajectory) -> dict[str, Any]:
     """Everything but the pieces, as JSON values."""
-    limits = {name: np.asarray(getattr(trajectory.limits, name)).tolist() for name in _LIMITS}
+    bounds = trajectory.limits
+    limits = {name: np.asarray(getattr(bounds, name)).tolist() for name in AXIS_LIMITS}
+    limits |= {name: getattr(bounds, name) for name in NORM_LIMITS}
     cells = [{"A": cell.A.tolist(), "b": cell.b.tolist()} for cell in trajectory.cells]
     waypoints = trajectory.waypoints.tolist()
     return {"format": FORMAT, "limits": limits, "cells": cells, "waypoints": waypoints}
@@ -110,7 +111,11 @@ def _fields(header: dict[str, Any], pieces: dict[str, Any]) -> dict[str, Any]:
         "piece_cells": np.array(pieces["piece_cells"], dtype=np.int64),
         "cells": tuple(cells),
         "waypoints": np.array(header["waypoints"], dtype=np.float64),
-        "limits": Limits(**{name: header["limits"][name] for name in _LIMITS}),
+        # Files from before norms were bounded do not name them.
+        "limits": Limits(
+            **{name: header["limits"][name] for name in AXIS_LIMITS},
+            **{name: header["limits"].get(name) for name in NORM_LIMITS},
+        ),
     }
 
 

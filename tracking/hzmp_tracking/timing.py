@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike
 from hzmp_planners._arrays import Floats, as_point, as_points
 from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_planners.sets import Polytope
-from hzmp_tracking.constants import LIMIT_TOL, WAYPOINT_TOL
+from hzmp_tracking.constants import JOIN_TOL, LIMIT_TOL, WAYPOINT_TOL
 from hzmp_tracking.corridor_spline import corridor_spline
-from hzmp_tracking.cover import cover
+from hzmp_tracking.cover import cover, shifted
 from hzmp_tracking.limits import Limits
-from hzmp_tracking.stops import Pieces, from_state, polyline, straight
+from hzmp_tracking.quick_spline import quick_spline
+from hzmp_tracking.stops import Pieces, box_for, from_state, polyline, straight
 from hzmp_tracking.trajectory import Trajectory
 from hzmp_tracking.vias import Vias, place_vias
 
@@ -30,6 +31,9 @@ def time_parameterize(
     limits: Limits = _DEFAULT_LIMITS,
     start_velocity: ArrayLike | None = None,
     start_acceleration: ArrayLike | None = None,
+    *,
+    quick: bool = False,
+    previous: Trajectory | None = None,
 ) -> Trajectory:
     """Fast trajectory along a corridor of convex cells, proved inside it at every instant.
 
@@ -42,9 +46,15 @@ def time_parameterize(
             lies in cells k - 1 and k and may move inside their intersection.
         cells: K convex polytopes with interiors, consecutive ones overlap or share a face.
             Segment k from waypoint k to waypoint k + 1 lies in cell k.
-        limits: bounds on each axis, at every instant.
+        limits: bounds on axes and norms, at every instant.
         start_velocity: shape (n,) [m/s]; at rest when None.
         start_acceleration: shape (n,) [m/s^2]; zero when None.
+        quick: for a control loop: a linear program or two (`quick_spline`) instead of dozens, some
+            5 ms instead of 100 to 200, and a trajectory that takes a few per cent longer. The
+            waypoints stay where they are: those of a shortest path give good times.
+        previous: a known way from the start state to the last waypoint, such as the rest of the
+            trajectory that is flown (`Trajectory.part`). It is kept where nothing faster is found
+            and it lies in the cells given; it need not have been made for them.
 
     Returns:
         Trajectory that ends at rest. Its `containment` is the proof.
@@ -57,19 +67,142 @@ def time_parameterize(
     points, chain = _checked(waypoints, cells)
     n = points.shape[1]
     velocity, acceleration = start_state(start_velocity, start_acceleration, limits, n)
-    vias = place_vias(points, chain)
-    candidates = [_splines(vias, chain, limits, velocity, acceleration)]
-    if velocity.any() or acceleration.any():
-        candidates += _moving(vias, limits, velocity, acceleration, chain)
+    known = None
+    if previous is not None:
+        known = _known(previous, points, limits, velocity, acceleration)
+    if quick:
+        best = _quick(points, chain, limits, velocity, acceleration, known)
     else:
-        candidates += _resting(points, vias, limits)
-    best = _fastest_proved(candidates, chain, vias, limits)
+        best = _thorough(points, chain, limits, velocity, acceleration, known)
+    if not _within(best):
+        raise QueryError(
+            f"from start_velocity {velocity.tolist()} and start_acceleration "
+            f"{acceleration.tolist()} no stop within the limits on norms was found"
+        )
     if best.containment > WAYPOINT_TOL:
         raise QueryError(
             f"start_velocity {velocity.tolist()} cannot be kept inside the cells: the best stop "
             f"found leaves them by {best.containment:.3g} m; a slower start would be valid"
         )
     return best
+
+
+def _thorough(
+    points: Floats,
+    chain: tuple[Polytope, ...],
+    limits: Limits,
+    velocity: Floats,
+    acceleration: Floats,
+    known: Pieces | None,
+) -> Trajectory:
+    """The fastest proved of a spline with free steps and of everything that rests on its way."""
+    vias = place_vias(points, chain)
+    candidates = [_splines(vias, chain, limits, velocity, acceleration), known]
+    if velocity.any() or acceleration.any():
+        candidates += _moving(vias, limits, velocity, acceleration, chain)
+    else:
+        candidates += _resting(points, vias, limits)
+    return _fastest_proved(candidates, chain, vias, limits)
+
+
+def quick_trajectory(
+    waypoints: ArrayLike,
+    cells: Sequence[Polytope],
+    limits: Limits = _DEFAULT_LIMITS,
+    start_velocity: ArrayLike | None = None,
+    start_acceleration: ArrayLike | None = None,
+) -> Trajectory | None:
+    """`time_parameterize(..., quick=True)` without its last resort: None where that takes long.
+
+    For a loop that has something else to fly. Where it finds nothing, stops on the way might do.
+
+    Raises:
+        ShapeError: shapes that do not fit each other, entries that are not finite.
+        QueryError: a waypoint outside its cell, or a start state beyond the limits.
+    """
+    points, chain = _checked(waypoints, cells)
+    v, a = start_state(start_velocity, start_acceleration, limits, points.shape[1])
+    return _at_once(points, chain, limits, v, a, None)
+
+
+def _quick(
+    points: Floats,
+    chain: tuple[Polytope, ...],
+    limits: Limits,
+    velocity: Floats,
+    acceleration: Floats,
+    known: Pieces | None,
+) -> Trajectory:
+    """What is found at once; if there is nothing, stops."""
+    found = _at_once(points, chain, limits, velocity, acceleration, known)
+    if found is not None:
+        return found
+    vias = Vias(points, np.zeros(len(points), dtype=np.bool_))
+    if velocity.any() or acceleration.any():
+        candidates = _moving(vias, limits, velocity, acceleration, chain, quick=True)
+    else:
+        candidates = [polyline(points, range(len(points)), limits)]
+    return _fastest_proved(candidates, chain, vias, limits)
+
+
+def _at_once(
+    points: Floats,
+    chain: tuple[Polytope, ...],
+    limits: Limits,
+    velocity: Floats,
+    acceleration: Floats,
+    known: Pieces | None,
+) -> Trajectory | None:
+    """The first proved of: the fastest motion without cells, and a spline of fixed steps."""
+    vias = Vias(points, np.zeros(len(points), dtype=np.bool_))
+    moving = bool(velocity.any() or acceleration.any())
+    if moving:
+        window = (0, len(chain))
+        direct = from_state(points[0], velocity, acceleration, points[-1], limits, window)
+        trial = _proved(direct, chain, vias, limits)
+        if _holds(trial):
+            return trial
+    elif len(chain) == 1:
+        return _proved(polyline(points, (0, 1), limits), chain, vias, limits)
+    old = None if known is None else _proved(known, chain, vias, limits)
+    safe = [] if old is None or not _holds(old) else [old]
+    # With a way on at hand, one program is all the time that a faster one is worth.
+    rounds = 1 if safe else 3
+    inner = Limits(*box_for(velocity, acceleration, limits))
+    spline = quick_spline(points, chain, inner, velocity, acceleration, rounds)
+    if spline is not None:
+        new = _proved(spline, chain, vias, limits)
+        safe += [new] if _holds(new) else []
+    return min(safe, key=lambda trajectory: trajectory.duration, default=None)
+
+
+def _known(
+    previous: Trajectory, points: Floats, limits: Limits, velocity: Floats, acceleration: Floats
+) -> Pieces:
+    """The pieces of a trajectory from the start state to rest at the last waypoint.
+
+    Raises:
+        ShapeError: another dimension.
+        QueryError: it starts or ends elsewhere, or exceeds the limits.
+    """
+    n = points.shape[1]
+    if previous.n != n:
+        raise ShapeError(f"previous has {previous.n} dimensions but the waypoints have {n}")
+    ends = previous.coefficients[0], shifted(previous.coefficients[-1], previous.durations[-1])
+    wanted = (points[0], velocity, acceleration), (points[-1], np.zeros(n), np.zeros(n))
+    size = max(1.0, float(np.abs(points).max()))
+    for name, end, states in zip(("start", "end"), ends, wanted, strict=True):
+        gaps = np.abs(end[:3] * np.array([[1.0], [1.0], [2.0]]) - np.array(states))
+        scales = [np.array([size]), *limits.per_axis(n)[:2]]
+        if any((gap > JOIN_TOL * s).any() for gap, s in zip(gaps, scales, strict=True)):
+            raise QueryError(
+                f"previous has another {name} than asked for, off by {float(gaps.max()):.3g}"
+            )
+    usage = limits.usage(previous.peaks, previous.norm_peaks)
+    if usage.max() > 1.0 + LIMIT_TOL:
+        raise QueryError(f"previous uses {float(usage.max()):.6g} of a limit; at most 1 is valid")
+    every = ((0, len(points) - 1),) * previous.durations.size
+    return Pieces(previous.coefficients, previous.durations, every)
 
 
 def _splines(
@@ -116,7 +249,12 @@ def _bends(vias: Vias, k: int) -> bool:
 
 
 def _moving(
-    vias: Vias, limits: Limits, velocity: Floats, acceleration: Floats, cells: tuple[Polytope, ...]
+    vias: Vias,
+    limits: Limits,
+    velocity: Floats,
+    acceleration: Floats,
+    cells: tuple[Polytope, ...],
+    quick: bool = False,
 ) -> list[Pieces | None]:
     """Come to rest at one of the next vias, or anywhere as fast as possible; then go on from there.
 
@@ -132,9 +270,17 @@ def _moving(
         rest = [polyline(points, range(k, K + 1), limits)] if k < K else []
         stopping = Pieces.join([first, *rest])
         candidates.append(stopping)
-        if k < K and not reached and _proved(stopping, cells, vias, limits).containment <= 0.0:
-            reached = True
-            on = _splines(vias.part(k, K), cells[k:], limits, rested, rested)
+        if k < K and not reached:
+            trial = _proved(stopping, cells, vias, limits)
+            reached = _holds(trial)
+        else:
+            continue
+        if reached:
+            if quick:
+                inner = Limits(*box_for(rested, rested, limits))
+                on = quick_spline(points[k:], cells[k:], inner, rested, rested, rounds=1)
+            else:
+                on = _splines(vias.part(k, K), cells[k:], limits, rested, rested)
             candidates.append(on and Pieces.join([first, on.moved(k)]))
     stop = from_state(points[0], velocity, acceleration, None, limits, (0, K))
     cell = int(np.argmin([float(c.violation(stop.end[None])[0]) for c in cells]))
@@ -150,14 +296,24 @@ def _fastest_proved(
     vias: Vias,
     limits: Limits,
 ) -> Trajectory:
-    """The fastest candidate with containment <= 0; if there is none, the one nearest to it."""
+    """The fastest candidate that is within cells and limits; if none is, the one nearest to it."""
     trials: list[Trajectory] = []
     made = [pieces for pieces in candidates if pieces is not None]
     for pieces in sorted(made, key=lambda pieces: pieces.duration):
         trials.append(_proved(pieces, cells, vias, limits))
-        if trials[-1].containment <= 0.0:
+        if _holds(trials[-1]):
             return trials[-1]
-    return min(trials, key=lambda trial: trial.containment)
+    return min(trials, key=lambda trial: (not _within(trial), trial.containment))
+
+
+def _holds(trial: Trajectory) -> bool:
+    """Whether it is proved in its cells and keeps the limits."""
+    return trial.containment <= 0.0 and _within(trial)
+
+
+def _within(trial: Trajectory) -> bool:
+    """Whether it keeps the limits on norms; those on the axes hold by construction."""
+    return bool(trial.limit_usage[:, -1].max() <= 1.0 + LIMIT_TOL)
 
 
 def _proved(pieces: Pieces, cells: tuple[Polytope, ...], vias: Vias, limits: Limits) -> Trajectory:
@@ -199,6 +355,10 @@ def start_state(
     """Velocity and acceleration at the start, checked against the limits."""
     v = as_point(np.zeros(n) if velocity is None else velocity, "start_velocity", n)
     a = as_point(np.zeros(n) if acceleration is None else acceleration, "start_acceleration", n)
+    for name, state, norm in zip(("velocity", "acceleration"), (v, a), limits.norms, strict=False):
+        size = float(np.linalg.norm(state))
+        if size > norm * (1.0 + LIMIT_TOL):
+            raise QueryError(f"start_{name} is {size:.6g} in all; the limit is {norm:g}")
     v_max, a_max, j_max = limits.per_axis(n)
     # Jerk needs |a| / j to end the acceleration, which adds a|a| / 2j to the velocity.
     peak = np.maximum(np.abs(v), np.abs(v + a * np.abs(a) / (2.0 * j_max)))

@@ -15,6 +15,7 @@ from hzmp_planners._arrays import Floats, Ints, as_floats, frozen
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.sets import Polytope
 from hzmp_tracking.containment import derivative_maxima, violations
+from hzmp_tracking.extrema import norm_maxima
 from hzmp_tracking.limits import Limits
 from hzmp_tracking.splicing import joined_fields, part_fields
 from hzmp_tracking.storage import fields_from_json, load_fields, save, to_json
@@ -117,13 +118,19 @@ class Trajectory:
         """Exact maxima of |velocity|, |acceleration|, |jerk| on each axis, each (n,)."""
         return derivative_maxima(self.coefficients, self.durations)
 
+    @cached_property
+    def norm_peaks(self) -> Floats:
+        """Exact maxima of the norms of velocity, acceleration and jerk, shape (3,)."""
+        return frozen(norm_maxima(self.coefficients, self.durations))
+
     @property
     def limit_usage(self) -> Floats:
-        """`peaks` over the limits: velocity, acceleration, jerk; (3, n), at most 1 up to round-off.
+        """Peaks over limits, (3, n + 1): velocity, acceleration, jerk; axes, then the norm.
 
-        Extrema of polynomials in closed form: it certifies every instant, not samples.
+        At most 1 up to round-off; 0 where a norm is not bounded. Extrema of polynomials: it
+        certifies every instant, not samples.
         """
-        return np.array(self.peaks) / np.array(self.limits.per_axis(self.n))
+        return self.limits.usage(self.peaks, self.norm_peaks)
 
     def part(self, start: float, end: float) -> Self:
         """What happens from `start` to `end` [s], its time counted from 0; it may end in motion.

@@ -29,13 +29,16 @@ class MjData:
     cam_xpos: _Floats  # (ncam, 3)
     contact: _MjContactList
     ctrl: _Floats  # (nu,)
+    energy: _Floats  # (2,) potential, kinetic [J]
     geom_xmat: _Floats  # (ngeom, 9)
     geom_xpos: _Floats  # (ngeom, 3)
     mocap_pos: _Floats  # (nmocap, 3)
     mocap_quat: _Floats  # (nmocap, 4)
     ncon: int
+    qfrc_actuator: _Floats  # (nv,)
     qfrc_applied: _Floats  # (nv,)
     qfrc_bias: _Floats  # (nv,)
+    qfrc_gravcomp: _Floats  # (nv,)
     qfrc_passive: _Floats  # (nv,)
     qpos: _Floats  # (nq,)
     qvel: _Floats  # (nv,)
@@ -51,8 +54,11 @@ class MjData:
 
 class MjModel:
     actuator_actadr: _Ints
+    actuator_biasprm: _Floats
     actuator_biastype: _Ints
     actuator_ctrllimited: _Bytes  # (nu,)
+    actuator_damping: _Floats  # (nu,)
+    actuator_delay: _Floats  # (nu,) [s]
     actuator_ctrlrange: _Floats  # (nu, 2)
     actuator_dynprm: _Floats
     actuator_dyntype: _Ints
@@ -80,6 +86,7 @@ class MjModel:
     dof_bodyid: _Ints
     dof_damping: _Floats  # (nv,)
     dof_frictionloss: _Floats  # (nv,)
+    dof_jntid: _Ints
     exclude_signature: _Ints
     flex_conaffinity: _Ints
     flex_contype: _Ints
@@ -101,6 +108,9 @@ class MjModel:
     hfield_ncol: _Ints
     hfield_nrow: _Ints
     hfield_size: _Floats  # (nhfield, 4)
+    jnt_actfrclimited: _Bytes
+    jnt_actfrcrange: _Floats  # (njnt, 2)
+    jnt_actgravcomp: _Bytes
     jnt_axis: _Floats  # (njnt, 3)
     jnt_bodyid: _Ints
     jnt_dofadr: _Ints
@@ -108,7 +118,13 @@ class MjModel:
     jnt_pos: _Floats  # (njnt, 3)
     jnt_qposadr: _Ints
     jnt_range: _Floats  # (njnt, 2)
+    jnt_stiffness: _Floats  # (njnt,)
     jnt_type: _Ints
+    key_ctrl: _Floats  # (nkey, nu)
+    key_mpos: _Floats  # (nkey, 3 nmocap)
+    key_mquat: _Floats  # (nkey, 4 nmocap)
+    key_qpos: _Floats  # (nkey, nq)
+    key_time: _Floats  # (nkey,)
     mat_rgba: NDArray[np.float32]  # (nmat, 4)
     mesh_face: _Ints  # (nmeshface, 3)
     mesh_faceadr: _Ints
@@ -126,6 +142,8 @@ class MjModel:
     ngeom: int
     nhfield: int
     njnt: int
+    nkey: int
+    nmocap: int
     nlight: int
     nmesh: int
     nnumeric: int
@@ -149,7 +167,11 @@ class MjModel:
     site_quat: _Floats  # (nsite, 4)
     site_size: _Floats  # (nsite, 3)
     stat: MjStatistic
+    tendon_adr: _Ints
+    tendon_num: _Ints
     vis: MjVisual
+    wrap_objid: _Ints
+    wrap_type: _Ints
     @staticmethod
     def from_xml_path(filename: str) -> MjModel: ...
     @staticmethod
@@ -160,6 +182,7 @@ class MjModel:
     def body(self, key: int | str) -> _Named: ...
     def geom(self, key: int | str) -> _Named: ...
     def joint(self, key: int | str) -> _Named: ...
+    def key(self, key: int | str) -> _Named: ...
     def hfield(self, key: int | str) -> _Named: ...
     def site(self, key: int | str) -> _Named: ...
 
@@ -168,6 +191,7 @@ class MjOption:
     disableflags: int
     enableflags: int
     gravity: _Floats  # (3,)
+    integrator: int
     jacobian: int
     o_margin: float
     timestep: float
@@ -424,6 +448,9 @@ def mj_geomDistance(
     m: MjModel, d: MjData, geom1: int, geom2: int, distmax: float, fromto: _Floats | None
 ) -> float: ...
 def mj_id2name(m: MjModel, type: int, id: int) -> str | None: ...
+def mj_jacBody(
+    m: MjModel, d: MjData, jacp: _Floats | None, jacr: _Floats | None, body: int
+) -> None: ...
 def mj_kinematics(m: MjModel, d: MjData) -> None: ...
 def mj_name2id(m: MjModel, type: int, name: str) -> int: ...  # -1 when there is none
 def mj_objectVelocity(
@@ -473,6 +500,7 @@ def mjv_updateScene(
 
 class mjtBias(enum.IntEnum):
     mjBIAS_NONE = 0
+    mjBIAS_AFFINE = 1
 
 def set_mju_user_warning(handler: Callable[[str], object] | None) -> None: ...
 
@@ -490,6 +518,8 @@ class mjtCatBit(enum.IntEnum):
 class mjtDisableBit(enum.IntEnum):
     mjDSBL_CONSTRAINT = 1
     mjDSBL_CONTACT = 16
+    mjDSBL_SPRING = 32
+    mjDSBL_DAMPER = 64
     mjDSBL_FILTERPARENT = 1024
 
 class mjtDyn(enum.IntEnum):
@@ -499,6 +529,7 @@ class mjtDyn(enum.IntEnum):
 
 class mjtEnableBit(enum.IntEnum):
     mjENBL_OVERRIDE = 1
+    mjENBL_ENERGY = 2
 
 class mjtFontScale(enum.IntEnum):
     mjFONTSCALE_100 = 100
@@ -508,6 +539,10 @@ class mjtFramebuffer(enum.IntEnum):
 
 class mjtGain(enum.IntEnum):
     mjGAIN_FIXED = 0
+    mjGAIN_AFFINE = 1
+
+class mjtIntegrator(enum.IntEnum):
+    mjINT_RK4 = 1
 
 class mjtGeom(enum.IntEnum):
     mjGEOM_PLANE = 0
@@ -529,6 +564,8 @@ class mjtMeshInertia(enum.IntEnum):
     mjMESH_INERTIA_SHELL = 3
 
 class mjtObj(enum.IntEnum):
+    mjOBJ_ACTUATOR = 19
+    mjOBJ_JOINT = 3
     mjOBJ_HFIELD = 12
     mjOBJ_BODY = 1
     mjOBJ_SITE = 6
@@ -549,12 +586,19 @@ class mjtTexture(enum.IntEnum):
 class mjtTrn(enum.IntEnum):
     mjTRN_JOINT = 0
     mjTRN_JOINTINPARENT = 1
+    mjTRN_SLIDERCRANK = 2
     mjTRN_SITE = 4
     mjTRN_BODY = 5
 
-class mjtVisFlag(enum.IntEnum): ...
+class mjtVisFlag(enum.IntEnum):
+    mjVIS_CONVEXHULL = 0
 
 class mjtWarning(enum.IntEnum):
     mjWARN_BADQPOS = 3
     mjWARN_BADQVEL = 4
     mjWARN_BADQACC = 5
+    mjWARN_BADCTRL = 6
+
+class mjtWrap(enum.IntEnum):
+    mjWRAP_JOINT = 1
+    mjWRAP_SITE = 3

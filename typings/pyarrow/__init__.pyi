@@ -10,6 +10,10 @@ class Array:
 
 class DataType: ...
 
+class FixedSizeListArray(Array):
+    @staticmethod
+    def from_arrays(values: Array, list_size: int) -> FixedSizeListArray: ...
+
 class DictionaryArray(Array):
     @staticmethod
     def from_arrays(indices: Array, dictionary: Array) -> DictionaryArray: ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners.free_space.cells import Cells
 from hzmp_planners.free_space.polygons import Polygons
 from hzmp_planners.free_space.polyhedra import Polyhedra
@@ -38,6 +38,11 @@ def overlapping_bounds(
         found.append(np.stack([one + start, two]))
     one, two = np.concatenate(found, axis=1)
     return one, two
+
+
+def along_axes(normals: Floats) -> Bools:
+    """Which unit normals are along an axis, to the last bit."""
+    return np.asarray(np.count_nonzero(normals, axis=1) == 1)
 
 
 def box_cell(lo: Floats, hi: Floats, labels: Ints, copies: int = 1) -> Cells:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -46,7 +46,7 @@ class Cells(ABC):
         """The cell of each facet."""
         return owners_of(self.facet_starts)
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[Floats, Floats]:
         """Lowest and highest coordinates of each cell, shape (m, n) each [m]."""
         low = reduced(np.minimum, self.vertices, self.vertex_starts)
@@ -63,6 +63,10 @@ class Cells(ABC):
     @abstractmethod
     def relabelled(self, facets: Ints) -> Self:
         """The same cells with other labels."""
+
+    def moved(self, vertices: Floats) -> Self:
+        """The same cells with their vertices elsewhere."""
+        return replace(self, vertices=vertices)
 
     @abstractmethod
     def joined(self, others: Sequence[Cells]) -> Self:

@@ -81,19 +81,27 @@ class Complex:
         facets = spans(self.leaf_starts[leaves], counts)
         widths = counts_of(self.facet_starts)[facets]
         rows = self.rows[spans(self.facet_starts[facets], widths)]
-        return Complex(
+        some = Complex(
             self.vertices, self.facets[facets], starts_of(counts), rows, starts_of(widths)
         )
+        if "bounds" in vars(self):
+            low, high = self.bounds
+            vars(some)["bounds"] = low[leaves], high[leaves]
+        return some
 
     def joined(self, other: Complex) -> Complex:
         """The leaves of both, on the vertices of the other, which must begin with these."""
-        return Complex(
+        both = Complex(
             other.vertices,
             np.concatenate([self.facets, other.facets]),
             np.concatenate([self.leaf_starts, other.leaf_starts[1:] + self.leaf_starts[-1]]),
             np.concatenate([self.rows, other.rows]),
             np.concatenate([self.facet_starts, other.facet_starts[1:] + self.facet_starts[-1]]),
         )
+        if "bounds" in vars(self):
+            pairs = zip(self.bounds, other.bounds, strict=True)
+            vars(both)["bounds"] = tuple(np.concatenate(pair) for pair in pairs)
+        return both
 
     def compact(self) -> Complex:
         """The same leaves without the vertices that none of them has."""

@@ -15,14 +15,18 @@ from scipy.sparse import csc_array
 
 from hzmp_planners._arrays import Bools, Floats, Ints, as_floats, as_point, as_points, frozen
 from hzmp_planners._ragged import counts_of, reduced, spans, starts_of
-from hzmp_planners.constants import MEMBERSHIP_TOL, PLANE_TOL, SPLINTER_TOL
+from hzmp_planners.constants import MEMBERSHIP_TOL, PLANE_TOL
 from hzmp_planners.errors import ShapeError
 from hzmp_planners.free_space.complexes import Complex
 from hzmp_planners.free_space.cover import Cover, build_door_graph, maximal_cover
 from hzmp_planners.free_space.export import to_networkx, write_graphml, write_leaves
+from hzmp_planners.free_space.halfspaces import (
+    Halfspaces,
+    leaf_halfspaces,
+    update_halfspaces,
+)
 from hzmp_planners.free_space.leaf_graph import LeafGraph
 from hzmp_planners.free_space.shared_faces import build_leaf_graph, update_leaf_graph
-from hzmp_planners.free_space.splinters import fences
 from hzmp_planners.free_space.storage import load_parts, save_space
 from hzmp_planners.free_space.trace import trace
 from hzmp_planners.free_space.world import (
@@ -126,7 +130,7 @@ class FreeSpace:
         order = places.argsort(kind="stable")
         obstacles = tuple(grown.obstacles[i] for i in order.tolist())
         again = FreeSpace(self.bounds, obstacles, reorder_obstacles(grown._world, order))
-        return again._knowing(grown.graph)
+        return again._knowing(grown.graph, grown.halfspaces)
 
     def overlapping(self) -> FreeSpace:
         """The same free space as maximal leaves that overlap: fewer and larger ones.
@@ -221,12 +225,15 @@ class FreeSpace:
             return self
         world, number = add_obstacles(self._world, more)
         grown = FreeSpace(self.bounds, self.obstacles + more, world)
-        graph = update_leaf_graph(self.graph, number, world.leaves, world.table, self.scale)
-        return grown._knowing(graph)
+        where = number, world.leaves, world.table, self.scale
+        graph = update_leaf_graph(self.graph, *where)
+        return grown._knowing(graph, update_halfspaces(self.halfspaces, *where))
 
-    def _knowing(self, graph: LeafGraph) -> FreeSpace:
-        """This space, whose leaf graph was found on another way."""
+    def _knowing(self, graph: LeafGraph, halfspaces: Halfspaces | None = None) -> FreeSpace:
+        """This space, whose leaf graph and half-spaces were found on another way."""
         vars(self)["graph"] = graph
+        if halfspaces is not None:
+            vars(self)["halfspaces"] = halfspaces
         return self
 
     def _without(self, gone: frozenset[int]) -> FreeSpace:
@@ -399,19 +406,13 @@ class FreeSpace:
         return np.stack([rows[inside], leaves[inside]])
 
     @cached_property
-    def halfspaces(self) -> tuple[Floats, Floats, Ints]:
+    def halfspaces(self) -> Halfspaces:
         """Half-spaces A x <= b of all leaves one after the other: A (m, n), b (m,), starts (N+1,).
 
         Leaf i has the rows from starts[i] up to starts[i+1]; normals are unit vectors.
         """
         table = self._world.table if self._cover is None else self._cover.table
-        A, b = table.halfspaces(self._complex.facets)
-        leaf, normals, offsets = fences(self._complex, table, SPLINTER_TOL * self.scale)
-        owner = np.concatenate([self._complex.facet_owner, leaf])
-        order = owner.argsort(kind="stable")
-        starts = starts_of(np.bincount(owner, minlength=len(self)))
-        A, b = np.concatenate([A, normals])[order], np.concatenate([b, offsets])[order]
-        return frozen(A), frozen(b), frozen(starts)
+        return leaf_halfspaces(self._complex, table, self.scale)
 
 
 def _solid(

@@ -9,7 +9,7 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints, frozen
 from hzmp_planners._links import component_labels
-from hzmp_planners._ragged import counts_of, owners_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, order_by, owners_of, spans, starts_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class LeafGraph:
     def _by_leaf(self) -> tuple[Ints, Ints]:
         """The faces of each leaf end to end, and where each list starts."""
         leaf = self.ends.ravel()
-        order = leaf.argsort(kind="stable")
+        order = order_by(leaf, self.leaf_count)
         return order >> 1, starts_of(np.bincount(leaf, minlength=self.leaf_count))
 
     @cached_property

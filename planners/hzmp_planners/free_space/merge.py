@@ -120,7 +120,7 @@ def _unite(whole: Complex, one: Ints, two: Ints, plane: Ints) -> tuple[Complex, 
     # A vertex of the common facet stays only where enough other facets meet.
     facet = owners_of(united.facet_starts)
     keys = united.facet_owner[facet] * len(whole.vertices) + united.rows
-    ascending = np.sort(keys)
+    ascending = np.sort(keys, kind="stable")
     meeting = np.searchsorted(ascending, keys, "right") - np.searchsorted(ascending, keys)
     place = np.minimum(np.searchsorted(on_plane, keys), len(on_plane) - 1)
     stays = (meeting >= whole.n) | (on_plane[place] != keys)

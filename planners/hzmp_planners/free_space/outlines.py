@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, owners_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, order_within, owners_of, spans, starts_of
 from hzmp_planners.free_space.boxes import box_cell
 from hzmp_planners.free_space.cells import UNNAMED, Cells, clip, join_cells
 from hzmp_planners.free_space.complexes import Complex
@@ -41,7 +41,7 @@ def outlines(whole: Complex, normals: Floats, facets: Ints | None = None) -> Pol
         sizes = counts_of(starts)
         middle = [(np.add.reduceat(x, first) / sizes).repeat(sizes) for x in (u, v)]
         key = np.arctan2(v - middle[1], u - middle[0])
-    order = np.lexsort((key, owner))
+    order = order_within(key, starts)
     return Polygons.of(points.take(order, axis=0), starts, rows.take(order))
 
 
@@ -79,7 +79,7 @@ def _polygons(whole: Complex) -> tuple[Polygons, Bools]:
     owner, points = owners_of(starts), whole.corners
     middle = np.add.reduceat(points, starts[:-1]) / counts_of(starts)[:, None]
     offset = points - middle[owner]
-    order = np.lexsort((np.arctan2(offset[:, 1], offset[:, 0]), owner))
+    order = order_within(np.arctan2(offset[:, 1], offset[:, 0]), starts)
     corners = Polygons.of(points[order], starts, members[order])
     width = max(1, len(whole.vertices))
     one, two = whole.rows.reshape(-1, 2).T

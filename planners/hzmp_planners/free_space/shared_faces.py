@@ -24,6 +24,7 @@ from hzmp_planners.free_space.leaf_graph import LeafGraph
 from hzmp_planners.free_space.outlines import outlines
 from hzmp_planners.free_space.planes import PlaneTable
 from hzmp_planners.free_space.polygons import Polygons
+from hzmp_planners.free_space.rectangles import are_rectangles, common_rectangles
 
 
 def build_leaf_graph(
@@ -54,14 +55,14 @@ def build_leaf_graph(
         below, above = below[wanted], above[wanted]
     normals, offsets = table.normals[plane[below]], table.offsets[plane[below]]
     if whole.n == 2:
-        faces = _common_segments(polygons, below, above, 1 - dropped[below])
+        corners, starts, found = _common_segments(polygons, below, above, 1 - dropped[below])
+        kept = found & wide(corners, starts, normals, tol)
     else:
         # Counter-clockwise in the chart (y, z), (x, z) or (x, y) is about +n, -n or +n.
         facing = table.normals[plane]
         turn = np.where(dropped == 1, -1.0, 1.0) * np.sign(facing[np.arange(len(plane)), dropped])
-        faces = _common_polygons(polygons, below, above, facing * turn[:, None], 1e-4 * tol)
-    corners, starts, found = faces
-    kept = found & wide(corners, starts, normals, tol)
+        charts = dropped, facing * turn[:, None]
+        corners, starts, kept = _common_outlines(polygons, below, above, *charts, tol)
     rows = kept.nonzero()[0]
     sizes = counts_of(starts)[rows]
     ends = np.column_stack([owner[below], owner[above]])
@@ -150,6 +151,39 @@ def _common_segments(
     found = start[rows, axis] < stop[rows, axis]
     corners = np.stack([start, stop], axis=1).reshape(-1, 2)
     return corners, 2 * np.arange(len(one) + 1), found
+
+
+def _common_outlines(
+    polygons: Polygons, one: Ints, two: Ints, dropped: Ints, normals: Floats, tol: float
+) -> tuple[Floats, Ints, Bools]:
+    """Overlaps of pairs of polygons on one plane that their bounds do not exclude.
+
+    Args:
+        polygons: counter-clockwise about their normals.
+        one: a polygon of each pair.
+        two: the other.
+        dropped: the axis that each polygon's normal is nearest to, shape (m,).
+        normals: of each polygon, shape (m, 3).
+        tol: overlaps narrower than this are none [m].
+
+    Returns:
+        Corners end to end, where each pair's begin, and which pairs have any.
+    """
+    flat = are_rectangles(polygons, dropped, 1e-4 * tol)
+    plain = flat[one] & flat[two]
+    quick, slow = plain.nonzero()[0], (~plain).nonzero()[0]
+    corners, parts, found = _common_polygons(polygons, one[slow], two[slow], normals, 1e-4 * tol)
+    found &= wide(corners, parts, normals[one[slow]], tol)
+    kept = plain.copy()
+    kept[slow] = found
+    sizes = np.full(len(one), 4)
+    sizes[slow] = counts_of(parts)
+    starts = starts_of(sizes)
+    both = np.empty((int(starts[-1]), 3))
+    both[spans(starts[slow], sizes[slow])] = corners
+    rectangles = common_rectangles(polygons, one[quick], two[quick], dropped[one[quick]])
+    both[spans(starts[quick], sizes[quick])] = rectangles.reshape(-1, 3)
+    return both, starts, kept
 
 
 def _common_polygons(
@@ -248,7 +282,9 @@ def update_leaf_graph(
     kept = stays.nonzero()[0]
     width = max(graph.corners.shape[1], fresh.corners.shape[1])
     padded = [
-        corners.take(np.minimum(np.arange(width), corners.shape[1] - 1), axis=1)
+        corners
+        if corners.shape[1] == width
+        else corners.take(np.minimum(np.arange(width), corners.shape[1] - 1), axis=1)
         for corners in (graph.corners[kept], fresh.corners)
     ]
     return LeafGraph(

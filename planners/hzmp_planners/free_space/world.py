@@ -13,6 +13,7 @@ import numpy as np
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._ragged import counts_of, distinct, spans, starts_of
 from hzmp_planners.constants import PLANE_TOL
+from hzmp_planners.free_space.box_pairs import are_boxes, common_boxes
 from hzmp_planners.free_space.boxes import box_cell, overlapping_bounds
 from hzmp_planners.free_space.cells import Cells, clip, join_cells
 from hzmp_planners.free_space.complexes import Complex, empty_complex
@@ -212,11 +213,32 @@ def _partition(
     return partition(cells, *blocks.common(cells, cell, block, table, tol), table, tol)
 
 
+def _common(
+    cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
+) -> tuple[Cells, Ints, Ints]:
+    """`Blocks.common` for cells whose facets are half-spaces; two boxes are not clipped."""
+    plain = are_boxes(cells.facets, cells.facet_starts, table)[cell]
+    plain &= are_boxes(blocks.codes, blocks.starts, table)[block]
+    quick, slow = plain.nonzero()[0], (~plain).nonzero()[0]
+    boxes, rows = common_boxes(
+        cells, cell[quick], blocks.codes, blocks.starts, block[quick], table, tol
+    )
+    homes, obstacles = cell[quick[rows]], block[quick[rows]]
+    if not len(slow):
+        return boxes, homes, obstacles
+    others, *of = blocks.common(cells, cell[slow], block[slow], table, tol)
+    return (
+        join_cells([boxes, others]),
+        np.concatenate([homes, of[0]]),
+        np.concatenate([obstacles, of[1]]),
+    )
+
+
 def _carve(
     cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
 ) -> tuple[Partition, Ints]:
     """Partition only the cells that an obstacle meets; and which these are."""
-    parts, home, obstacle = blocks.common(cells, cell, block, table, tol)
+    parts, home, obstacle = _common(cells, cell, block, blocks, table, tol)
     touched = distinct(home)
     home = np.searchsorted(touched, home)
     return partition(cells.take(touched), parts, home, obstacle, table, tol), touched

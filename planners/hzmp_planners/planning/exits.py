@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import reduce
-
 import numpy as np
 
 from hzmp_planners.free_space import LeafGraph
@@ -24,19 +22,20 @@ class Exits:
     def __init__(self, graph: LeafGraph) -> None:
         self._graph = graph
         self._known: dict[int, list[Exit]] = {}
-        corners = list(graph.corners.transpose(1, 0, 2))
-        self._rows = np.zeros((len(graph), 10))  # an exit without its face and leaf
-        self._rows[:, : graph.n] = graph.normals
-        self._rows[:, 3] = graph.offsets
-        self._rows[:, 4 : 4 + graph.n] = reduce(np.minimum, corners)
-        self._rows[:, 7 : 7 + graph.n] = reduce(np.maximum, corners)
 
     def of(self, leaf: int) -> list[Exit]:
         """The ways out of a leaf."""
         known = self._known.get(leaf)
         if known is None:
-            faces = self._graph.faces_at(leaf)
-            beyond = self._graph.ends[faces].sum(axis=1) - leaf
-            columns = faces.tolist(), beyond.tolist(), *self._rows[faces].T.tolist()
+            graph, faces = self._graph, self._graph.faces_at(leaf)
+            ends = graph.ends.take(faces, axis=0)
+            beyond = ends[:, 0] + ends[:, 1] - leaf
+            corners = graph.corners.take(faces, axis=0)
+            rows = np.zeros((10, len(faces)))  # exits without their faces and leaves
+            rows[: graph.n] = graph.normals.take(faces, axis=0).T
+            rows[3] = graph.offsets.take(faces)
+            rows[4 : 4 + graph.n] = np.minimum.reduce(corners, axis=1).T
+            rows[7 : 7 + graph.n] = np.maximum.reduce(corners, axis=1).T
+            columns = faces.tolist(), beyond.tolist(), *rows.tolist()
             known = self._known[leaf] = list(zip(*columns, strict=True))
         return known

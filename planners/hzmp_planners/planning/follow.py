@@ -12,8 +12,11 @@ from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners.free_space import FreeSpace, LeafGraph
 from hzmp_planners.planning.attempt import Attempt, Route
 from hzmp_planners.planning.detour import least_detour
+from hzmp_planners.planning.refine import sweep
 from hzmp_planners.planning.result import path_length
-from hzmp_planners.planning.roadmap import search_sequences
+from hzmp_planners.planning.roadmap import leaf_route, search_sequences
+
+_SWEEPS = 2  # that tighten an old path at once
 
 
 def follow(attempt: Attempt, path: Floats) -> Generator[None, None, None]:
@@ -45,6 +48,24 @@ def offer_known(attempt: Attempt, space: FreeSpace, path: Floats) -> Generator[N
     if faces is not None:
         yield from attempt.try_sequence(faces)
     return True
+
+
+def offer_swept(attempt: Attempt, space: FreeSpace, path: Floats) -> None:
+    """Offer a polyline like `offer_known`, tightened by a few sweeps only: a tenth of the time."""
+    query = attempt.query
+    traced = space.trace(np.vstack([query.start, path[1:-1], query.goal]))
+    if traced is None:
+        return
+    points, leaves = traced
+    attempt.offer(Route(points, leaves, path_length(points)))
+    faces = faces_between(attempt.graph, leaves)
+    if faces:
+        crossings = points[1:-1][leaves[1:] != leaves[:-1]]
+        sequence, route = leaf_route(attempt.graph, query, faces)
+        crossed = dict(zip(faces, crossings, strict=True))
+        rough = np.array([query.start, *(crossed[face] for face in sequence), query.goal])
+        swept = sweep(rough[None], attempt.graph.corners[None, list(sequence)], _SWEEPS)[0]
+        attempt.offer(Route(swept, route, path_length(swept)))
 
 
 def faces_between(graph: LeafGraph, leaves: Ints) -> list[int] | None:

@@ -18,7 +18,7 @@ from hzmp_planners.planning.clock import no_collection
 from hzmp_planners.planning.paper.settings import PaperSettings
 from hzmp_planners.planning.result import Plan
 from hzmp_planners.planning.roadmap import Query
-from hzmp_planners.planning.strategy import steps
+from hzmp_planners.planning.strategy import offer_at_once, steps
 
 _END = object()
 
@@ -76,9 +76,10 @@ class Planner:
         self._space, self._gap = space, gap
         self._attempt = Attempt(space.graph, query, gap=gap, veto=veto, report=on_improvement)
         old = warm_start.waypoints if isinstance(warm_start, Plan) else warm_start
-        known = None if old is None else as_points(old, "warm_start", space.n)
+        self._known = None if old is None else as_points(old, "warm_start", space.n)
         paper = PaperSettings() if method == "paper" else method
-        self._steps = steps(self._attempt, space, known, paper, int(seed))
+        self._paper = isinstance(paper, PaperSettings)
+        self._steps = steps(self._attempt, space, self._known, paper, int(seed))
         self._exhausted = False
 
     @property
@@ -110,6 +111,31 @@ class Planner:
         with no_collection(time_limit):
             if not attempt.closed:
                 self._exhausted = next(self._steps, _END) is _END
+            attempt.clock.pause()
+            return self._plan()
+
+    def first_path(self) -> Plan:
+        """The first path, soon and without a look at the clock: for a loop that replans.
+
+        A search over leaves, tightened; `warm_start`, tightened likewise, when that is shorter; in
+        the plane the shortest path, unless that takes long. The same input gives the same path,
+        however fast the machine is. Its `lower_bound` is proved: in 3-D the straight distance.
+        `solve` goes on from there; after a `solve` it is the best path so far.
+
+        The plan has no path where none exists, or where a veto forbids the one found.
+
+        Raises:
+            QueryError: the method is the paper's, which has no first path.
+        """
+        if self._paper:
+            raise QueryError('a first path needs method="best": the paper\'s own has none')
+        attempt = self._attempt
+        began = time.perf_counter() if self._began is None else self._began
+        attempt.clock.resume(began, math.inf)
+        self._began = None
+        with no_collection(0.0):
+            if attempt.route is None and not attempt.closed:
+                offer_at_once(attempt, self._space, self._known)
             attempt.clock.pause()
             return self._plan()
 

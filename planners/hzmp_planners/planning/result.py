@@ -67,7 +67,7 @@ class Plan:
         costs = dict.fromkeys(cost for _, cost, _ in self.history if math.isfinite(cost))
         return tuple(Ellipsotope.informed(self.start, self.goal, cost) for cost in costs)
 
-    def cells(self, space: FreeSpace) -> list[Polytope]:
+    def cells(self, space: FreeSpace, count: int | None = None) -> list[Polytope]:
         """Convex free cells that hold the K segments: each leaf, grown across its shared faces.
 
         A grown cell contains its leaf and no obstacle's interior; consecutive cells overlap where
@@ -75,10 +75,19 @@ class Plan:
 
         Args:
             space: the free space that the plan was made in.
+            count: of the first segments only, as many as there are; all when not given.
+
+        Raises:
+            QueryError: the count is negative.
         """
         path = self.leaves.tolist()
-        toward = [[path[j] for j in (k - 1, k + 1) if 0 <= j < len(path)] for k in range(len(path))]
-        return grow_leaves(space, path, toward)
+        if count is not None and count < 0:
+            raise QueryError(f"count must not be negative, got {count}")
+        first = path[:count]
+        toward = [
+            [path[j] for j in (k - 1, k + 1) if 0 <= j < len(path)] for k in range(len(first))
+        ]
+        return grow_leaves(space, first, toward)
 
     def interpolated(self, spacing: float) -> tuple[Floats, Ints]:
         """The same path with more waypoints: neighbours are at most `spacing` [m] apart.

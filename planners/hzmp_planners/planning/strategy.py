@@ -18,7 +18,7 @@ from hzmp_planners.planning.crossings import CrossingGraphs, build_crossings
 from hzmp_planners.planning.detour import bottleneck_bound
 from hzmp_planners.planning.explore import COARSE, FINE, explore
 from hzmp_planners.planning.first_path import offer_first
-from hzmp_planners.planning.follow import offer_known
+from hzmp_planners.planning.follow import offer_known, offer_swept
 from hzmp_planners.planning.lazy import explore_with_veto
 from hzmp_planners.planning.paper.algorithm import solve_paper
 from hzmp_planners.planning.paper.settings import PaperSettings
@@ -32,6 +32,7 @@ _SEARCHED = 0.6  # share of the time after which a search of the plane leaves th
 _LISTED = 1e-5  # [s] to list a face for searches of the plane (measured)
 _JOINED = 1e-6  # [s] that the bottleneck's bound takes for each face (measured)
 _CERTIFIED = 5e-7  # [s] that a bound in the plane takes for each corner of the world (measured)
+_AT_ONCE = 2000  # nodes that a first path in the plane may look at: up to 20 ms
 _FEW_PAIRS = 500  # up to here a relaxation of everything below the cost is cheap
 _TRIED = 2  # relaxations over few faces before bends are tried
 _LARGER = 10  # times as many pairs of bends as of faces: then faces are the quicker way
@@ -55,15 +56,10 @@ def steps(
     """
     query, graph = attempt.query, attempt.graph
     starts, goals = query.start_leaves, query.goal_leaves
-    if not graph.connects(starts, goals):
-        attempt.raise_bound(math.inf)
+    common = _offer_straight(attempt)
+    if attempt.closed or attempt.bound == math.inf:
         return
-    if common := set(starts.tolist()) & set(goals.tolist()):
-        leaf = np.array([min(common)])
-        attempt.offer(Route(np.array([query.start, query.goal]), leaf, attempt.bound))
-        if attempt.closed:
-            return
-    elif known is not None:
+    if not common and known is not None and attempt.route is None:
         yield from offer_known(attempt, space, known)
     if isinstance(paper, PaperSettings):
         yield from attempt.measure_faces()
@@ -91,29 +87,76 @@ def steps(
         yield from _prove(attempt, space)
 
 
+def offer_at_once(attempt: Attempt, space: FreeSpace, known: Floats | None) -> None:
+    """Offer the first short path, without a look at the clock: the same on any machine.
+
+    Args:
+        attempt: gets the path, or the proof that there is none.
+        space: its free space.
+        known: a path for similar ends, shape (k, n) [m].
+    """
+    if _offer_straight(attempt) or attempt.bound == math.inf:
+        return
+    offer_first(attempt, space)
+    if space.n == 2 and space.disjoint:
+        over = _run_plane(attempt, _plane(attempt, space), math.inf, _AT_ONCE)
+        if over and not attempt.has_veto:
+            return  # no path is shorter
+    if known is not None:
+        offer_swept(attempt, space, known)
+
+
+def _offer_straight(attempt: Attempt) -> bool:
+    """Offer the straight line where a leaf holds both ends: whether one does.
+
+    Where no way connects them the bound becomes infinite.
+    """
+    query = attempt.query
+    if not attempt.graph.connects(query.start_leaves, query.goal_leaves):
+        attempt.raise_bound(math.inf)
+        return False
+    common = set(query.start_leaves.tolist()) & set(query.goal_leaves.tolist())
+    if common:
+        leaf = np.array([min(common)])
+        attempt.offer(Route(np.array([query.start, query.goal]), leaf, attempt.bound))
+    return bool(common)
+
+
 def _search_plane(attempt: Attempt, space: FreeSpace, seed: int) -> Iterator[None]:
     """Find a shorter path in the plane or prove that none is; sample where that takes long."""
-    clock, query, tables = attempt.clock, attempt.query, prepared(space)
+    clock, tables = attempt.clock, prepared(space)
     if not tables.has_mesh:
         yield from clock.wait_for(_LISTED * len(attempt.graph))
-    mesh = tables.mesh
-    search = TautSearch(mesh, query.start, query.goal, query.start_leaves, query.goal_leaves)
+    search = _plane(attempt, space)
     exploration: Iterator[None] | None = None
     while True:
-        yield from clock.wait_for(_CERTIFIED * len(mesh.corners))
-        limit = attempt.limit
-        search.run(limit, time.perf_counter() + _SEARCHED * clock.time_left)
-        if search.path is not None:
-            points, leaves = search.path.waypoints, search.path.leaves
-            attempt.offer(Route(points, leaves, path_length(points)))
-        attempt.raise_bound(search.bound, certify(mesh, search, query.start, query.goal))
-        if search.path is not None or search.bound >= limit:
+        yield from clock.wait_for(_CERTIFIED * len(search.mesh.corners))
+        if _run_plane(attempt, search, time.perf_counter() + _SEARCHED * clock.time_left):
             return
         yield from attempt.measure_faces()
         if exploration is None:
             exploration = explore(attempt, np.random.default_rng(seed))
         next(exploration, None)
         yield
+
+
+def _plane(attempt: Attempt, space: FreeSpace) -> TautSearch:
+    query = attempt.query
+    mesh = prepared(space).mesh
+    return TautSearch(mesh, query.start, query.goal, query.start_leaves, query.goal_leaves)
+
+
+def _run_plane(
+    attempt: Attempt, search: TautSearch, deadline: float, most: float = math.inf
+) -> bool:
+    """Go on with a search of the plane and take what it has found: whether it is over."""
+    query, limit = attempt.query, attempt.limit
+    search.run(limit, deadline, most)
+    if search.path is not None:
+        points, leaves = search.path.waypoints, search.path.leaves
+        attempt.offer(Route(points, leaves, path_length(points)))
+    attempt.raise_bound(search.bound, certify(search.mesh, search, query.start, query.goal))
+    return search.path is not None or search.bound >= limit
 
 
 def _prove(attempt: Attempt, space: FreeSpace) -> Iterator[None]:

@@ -21,8 +21,6 @@ class BodyState(NamedTuple):
     """Body to world, wxyz, unit."""
     angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
     """(3,) in the body frame [rad/s]"""
-    rotor_thrusts: Sequence[float] = ()
-    """Thrust that each rotor gives now [N], as from rotor speeds; () if the body has none."""
 
 
 class Reference(NamedTuple):
@@ -36,10 +34,12 @@ class Reference(NamedTuple):
     """[m/s^2]"""
     jerk: Sequence[float] = (0.0, 0.0, 0.0)
     """[m/s^3]"""
+    snap: Sequence[float] = (0.0, 0.0, 0.0)
+    """Derivative of the jerk [m/s^4]."""
 
 
 class Controller(Protocol):
-    """A memoryless feedback law."""
+    """A feedback law, called once a time step."""
 
     def command(self, state: BodyState, reference: Reference) -> tuple[float, ...]:
         """Actuator commands; their meaning is the controller's (forces [N], thrusts [N])."""

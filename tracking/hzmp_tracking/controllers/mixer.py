@@ -67,17 +67,20 @@ class Mixer:
     ) -> tuple[list[float], float]:
         """Collective thrust nearest to `thrust` that leaves room for roll and pitch.
 
-        When there is none, roll and pitch are scaled down by halves until there is.
+        When there is none, roll and pitch are scaled down until there is just one. In units of
+        collective thrust, rotor k allows l_k - s t_k to h_k - s t_k for a share s of the turn.
         """
-        least, most = -float("inf"), float("inf")
-        for _ in range(6):
-            least, most = -float("inf"), float("inf")
-            for c, t, bottom, top in zip(self._thrust, turn, low, high, strict=True):
-                if c > 0.0:
-                    least, most = max(least, (bottom - t) / c), min(most, (top - t) / c)
-                else:
-                    least, most = max(least, (top - t) / c), min(most, (bottom - t) / c)
-            if least <= most:
-                break
-            turn = [0.5 * t for t in turn]
-        return turn, min(max(thrust, least), max(least, most))
+        shift = [t / c for c, t in zip(self._thrust, turn, strict=True)]
+        ends = [
+            (bottom / c, top / c) if c > 0.0 else (top / c, bottom / c)
+            for c, bottom, top in zip(self._thrust, low, high, strict=True)
+        ]
+        share = 1.0
+        for (least, _), up in zip(ends, shift, strict=True):
+            for (_, most), down in zip(ends, shift, strict=True):
+                if least - up > most - down:
+                    share = min(share, (most - least) / (down - up))
+        share = max(share, 0.0)
+        least = max(end[0] - share * t for end, t in zip(ends, shift, strict=True))
+        most = min(end[1] - share * t for end, t in zip(ends, shift, strict=True))
+        return [share * t for t in turn], min(max(thrust, least), max(least, most))

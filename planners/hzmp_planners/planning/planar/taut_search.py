@@ -70,7 +70,7 @@ class TautSearch:
         """No path is shorter [m]; inf when there is no path."""
         self.reached: dict[int, float] = {}
         """Length of the shortest string found to each corner looked at [m]."""
-        self._mesh = mesh
+        self.mesh = mesh
         self._start = float(start[0]), float(start[1])
         self._goal = float(goal[0]), float(goal[1])
         self._goal_leaves = frozenset(goal_leaves.tolist())
@@ -85,18 +85,21 @@ class TautSearch:
                 ends = (l_x, l_y, left, r_x, r_y, right)
                 self._push(_Node(0.0, *self._start, -1, *ends, face, beyond, -1), math.inf)
 
-    def run(self, limit: float = math.inf, deadline: float = math.inf) -> None:
+    def run(
+        self, limit: float = math.inf, deadline: float = math.inf, most: float = math.inf
+    ) -> None:
         """Go on until the shortest path is found, none shorter than a limit is left, or time is up.
 
         Args:
             limit: longer paths are not of interest [m].
             deadline: by `time.perf_counter` [s].
+            most: how many nodes are looked at before it stops as well.
         """
         count = 0
         queue, nodes, goal_leaves = self._queue, self._nodes, self._goal_leaves
         while queue and self.path is None:
             count += 1
-            if count % _CHECKED == 0 and time.perf_counter() >= deadline:
+            if count > most or (count % _CHECKED == 0 and time.perf_counter() >= deadline):
                 return
             # Strings that are longer than the limit are not in the queue.
             self.bound = max(self.bound, min(queue[0][0], limit))
@@ -117,14 +120,14 @@ class TautSearch:
         """Push what strings of a node may do next: cross another face, straight or after a bend."""
         (length, x, y, root, left_x, left_y, left, right_x, right_y, right, face, leaf, _) = node
         l_x, l_y, r_x, r_y = left_x - x, left_y - y, right_x - x, right_y - y
-        near = _NEAR * self._mesh.scale
+        near = _NEAR * self.mesh.scale
         l_near = near * (abs(l_x) + abs(l_y))
         r_near = near * (abs(r_x) + abs(r_y))
         e_x, e_y = right_x - left_x, right_y - left_y
         e_near = near * (abs(e_x) + abs(e_y))
         l_length = self._reach(left, root, length + hypot(l_x, l_y))
         r_length = self._reach(right, root, length + hypot(r_x, r_y))
-        for exit_, beyond, a_x, a_y, a, b_x, b_y, b in self._mesh.exits[leaf]:
+        for exit_, beyond, a_x, a_y, a, b_x, b_y, b in self.mesh.exits[leaf]:
             if exit_ == face:
                 continue
             h_x, h_y = b_x - a_x, b_y - a_y

@@ -1,0 +1,78 @@
+"""What a planner in the loop asks of whoever knows where things will be."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import mujoco
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.sets import Polytope
+from hzmp_sim.motion.source import Slabs
+
+if TYPE_CHECKING:
+    from hzmp_sim.motion.prediction import Broken
+
+
+class Forecast(Protocol):
+    """What is known at one time of g moving geoms; see `Prediction`."""
+
+    @property
+    def geoms(self) -> tuple[int, ...]:
+        """Their ids."""
+        ...
+
+    def hulls(self, start: Floats, end: Floats) -> list[Polytope | None]:
+        """Where the centre could touch each geom at any time in a window of its own, (g,) [s]."""
+        ...
+
+    def boxes(self, start: Floats, end: Floats) -> list[Polytope | None]:
+        """The same, larger but of fewer facets."""
+        ...
+
+    def slabs(self, start: float, step: float, count: int) -> Slabs:
+        """The same for each slab of time."""
+        ...
+
+    def broken(self, data: mujoco.MjData, time: float) -> list[Broken]:
+        """What is not where it was expected at a time [s]."""
+        ...
+
+
+class Forecaster(Protocol):
+    """Makes forecasts, again and again."""
+
+    def predict(self, data: mujoco.MjData, time: float) -> Forecast:
+        """The forecast at a time [s], from what is seen in `data`."""
+        ...
+
+
+class NothingMoves:
+    """The forecast, and its maker, of a world in which nothing moves; n is its dimension."""
+
+    geoms: tuple[int, ...] = ()
+
+    def __init__(self, n: int) -> None:
+        self._n = n
+
+    def predict(self, data: mujoco.MjData, time: float) -> NothingMoves:
+        """See `Forecaster`."""
+        del data, time
+        return self
+
+    def hulls(self, start: Floats, end: Floats) -> list[Polytope | None]:
+        """See `Forecast`."""
+        del start, end
+        return []
+
+    boxes = hulls
+
+    def slabs(self, start: float, step: float, count: int) -> Slabs:
+        """See `Forecast`."""
+        return Slabs(np.zeros((0, 1, self._n)), np.zeros((count, 0, 1)), start, step)
+
+    def broken(self, data: mujoco.MjData, time: float) -> list[Broken]:
+        """See `Forecast`."""
+        del data, time
+        return []

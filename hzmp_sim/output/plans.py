@@ -1,0 +1,74 @@
+"""What was planned in flight, as a table of the report and as plans.json."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from hzmp_sim.output.headline import number
+
+if TYPE_CHECKING:
+    from hzmp_sim.replanning import FlightPlan, PlanRecord
+
+_MOST_ROWS = 60
+
+
+class PlanRow(NamedTuple):
+    """One line: a decision, or several alike one after the other."""
+
+    time: str
+    """[s]"""
+    asked: int
+    reason: str
+    taken: int
+    length: str
+    """Of the last path to the goal [m]."""
+    bound: str
+    """No path was shorter [m]."""
+    latency: str
+    """Largest [ms]."""
+    conflict: str
+    """What the trajectory flown before would have met, and when."""
+
+
+def plan_rows(planned: FlightPlan) -> list[PlanRow]:
+    """Decisions in order, those alike in a row summed up; at most some dozens."""
+    groups = [list(group) for _, group in groupby(planned.records, key=_kind)]
+    return [_row(group) for group in groups[:_MOST_ROWS]]
+
+
+def write_plans(planned: FlightPlan, path: Path) -> None:
+    """Write every decision as JSON: a list of objects, times in s, lengths in m."""
+    entries = []
+    for record in planned.records:
+        entry = dict(vars(record))
+        for name in ("goal", "waypoints"):
+            entry[name] = entry[name].tolist()
+        for name, value in entry.items():
+            if isinstance(value, float) and not math.isfinite(value):
+                entry[name] = None
+        entries.append(entry)
+    path.write_text(json.dumps(entries, indent=1, allow_nan=False), encoding="utf-8")
+
+
+def _kind(record: PlanRecord) -> tuple[str, bool, str]:
+    return record.reason, record.proved, record.conflict
+
+
+def _row(group: list[PlanRecord]) -> PlanRow:
+    first, last = group[0], group[-1]
+    span = f"{first.time:.2f}" if len(group) == 1 else f"{first.time:.2f} to {last.time:.2f}"
+    conflict = f"{last.conflict} at {last.conflict_time:.2f} s" if last.conflict else ""
+    return PlanRow(
+        time=span,
+        asked=len(group),
+        reason=last.reason if last.proved else f"{last.reason}, not proved",
+        taken=sum(record.taken for record in group),
+        length=number(last.cost),
+        bound=number(last.lower_bound),
+        latency=f"{1e3 * max(record.latency for record in group):.1f}",
+        conflict=conflict,
+    )

@@ -1,0 +1,60 @@
+"""Which convex obstacles a polyline passes through, and where first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.sets import Polytope
+
+_TOUCH = 1e-9  # [m] a polyline that goes no deeper runs along the obstacle
+
+
+def crossed(waypoints: Floats, obstacles: Sequence[Polytope | None]) -> tuple[list[int], float]:
+    """Numbers of the obstacles whose interior a polyline meets, and how far it comes before [m].
+
+    Args:
+        waypoints: shape (k + 1, n) [m].
+        obstacles: convex sets; None where there is none.
+
+    Returns:
+        The numbers in ascending order, and the length of the polyline until it first enters one;
+        inf if it enters none.
+    """
+    begins, moves = waypoints[:-1], np.diff(waypoints, axis=0)
+    lengths = np.linalg.norm(moves, axis=1)
+    before = np.concatenate([[0.0], lengths.cumsum()])
+    found: list[int] = []
+    reached = math.inf
+    for number, obstacle in enumerate(obstacles):
+        if obstacle is None:
+            continue
+        room = obstacle.b - _TOUCH - begins @ obstacle.A.T
+        rates = moves @ obstacle.A.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = room / rates
+        # Inside of a facet before the share where the way leaves it, after that where it enters.
+        leave = np.where(rates > 0.0, shares, math.inf).min(axis=1)
+        enter = np.where(rates < 0.0, shares, -math.inf).max(axis=1)
+        never = ((rates == 0.0) & (room <= 0.0)).any(axis=1)
+        enter, leave = np.maximum(enter, 0.0), np.minimum(leave, 1.0)
+        rows = np.flatnonzero((enter < leave) & ~never)
+        if rows.size:
+            found.append(number)
+            reached = min(reached, float(before[rows[0]] + enter[rows[0]] * lengths[rows[0]]))
+    return found, reached
+
+
+def shortened(waypoints: Floats, length: float) -> Floats:
+    """The first part of a polyline (k + 1, n), of that length or all of it [m]."""
+    steps = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
+    before = np.concatenate([[0.0], steps.cumsum()])
+    if length >= before[-1]:
+        return waypoints
+    last = int(np.searchsorted(before, length, side="right")) - 1
+    share = (length - before[last]) / steps[last]
+    end = waypoints[last] + share * (waypoints[last + 1] - waypoints[last])
+    return np.vstack([waypoints[: last + 1], end])

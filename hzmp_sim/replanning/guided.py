@@ -1,0 +1,39 @@
+"""From a scene in which something moves to the stages of its loop."""
+
+from __future__ import annotations
+
+from hzmp_planners.free_space import FreeSpace
+from hzmp_sim.motion.drives import Drives
+from hzmp_sim.motion.forecast import Forecaster, NothingMoves
+from hzmp_sim.motion.prediction import Predictor
+from hzmp_sim.replanning.candidates import Dynamics
+from hzmp_sim.replanning.goals import Goals
+from hzmp_sim.replanning.pilot import Pilot
+from hzmp_sim.replanning.replanner import Replanner
+from hzmp_sim.scene import Scene
+from hzmp_sim.settings import RunSettings
+from hzmp_sim.simulation.actuation_base import Actuation
+
+
+def replanning_guide(
+    scene: Scene, space: FreeSpace, actuation: Actuation, settings: RunSettings
+) -> tuple[Replanner, Drives]:
+    """The guide of a flight among what moves in a scene, and what drives that.
+
+    Args:
+        scene: the world.
+        space: free space of what does not move.
+        actuation: of the body, which says what it can follow.
+        settings: of the run.
+    """
+    # Boxes within the norms: what is planned in a hurry has bounds on axes only.
+    limits = settings.limits(actuation.default_limits).inner(scene.n)
+    pilot = Pilot(space, Dynamics(limits, scene.n), settings.replanning)
+    pilot.rehearse(scene.start, scene.goal)
+    predictor: Forecaster = NothingMoves(scene.n)
+    if scene.moving:
+        predictor = Predictor(scene, settings.replanning.prediction_acceleration)
+    guide = Replanner(
+        scene, space, pilot, predictor, Goals.of(scene), limits, settings, actuation.smoothing
+    )
+    return guide, Drives(scene.model, scene.motion)

@@ -1,0 +1,222 @@
+"""The planner's stage: from what is predicted to the trajectory that is flown next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.free_space import FreeSpace
+from hzmp_planners.planning import Plan
+from hzmp_planners.sets import Polytope
+from hzmp_sim.replanning.candidates import ALL_SHARES, Dynamics, along, stopping
+from hzmp_sim.replanning.commitment import Commitment, State
+from hzmp_sim.replanning.crossing import crossed
+from hzmp_sim.replanning.proof import Conflict, first_conflict
+from hzmp_sim.replanning.refuges import refuges
+from hzmp_sim.replanning.routes import route
+from hzmp_sim.replanning.sweeps import Sweeps
+from hzmp_sim.settings import Replanning
+
+if TYPE_CHECKING:
+    from hzmp_sim.motion.forecast import Forecast
+    from hzmp_sim.motion.source import Slabs
+
+Reason = Literal["onward", "opened", "approach", "threat", "wait"]
+"""Why a plan was taken: to go on; because a way has opened; to come nearer to where it is blocked;
+since the old plan is not safe any more. "wait": the way is blocked, and none was taken."""
+
+_WORTH = 0.05  # [s] of time to the goal that matters
+_LATER = 0.1  # [s] by which the conflict of an unproved plan must be later
+_AT_GOAL = 1e-6  # [m]
+_NEAR = 0.05  # [m] from where the way is blocked that is not worth a move
+_BEFORE = 0.05  # [m] that a way ends before what blocks it
+_REFUGES = 8
+_SLAB = 0.05  # [s]
+_BLOCK = 40  # slabs that are predicted at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What the planner found at one instant."""
+
+    commitment: Commitment | None
+    """To be flown from when it begins; None: go on with the old one."""
+    reason: Reason
+    plan: Plan | None
+    """The path to the goal that was found, if any."""
+    proved: bool
+    """Whether the commitment (None: the old one) is proved clear as predicted."""
+    conflict: Conflict | None
+    """Where the old one was not."""
+
+
+class Pilot:
+    """Decides what to fly, from one instant to the next.
+
+    The body always has a commitment that ends at rest. A new one is taken only if it is proved: in
+    its cells, and clear of everything that moves as predicted, until some time (the guard) after it
+    has come to rest. Only when the old one is proved no longer is the best of what is left taken.
+
+    Args:
+        space: of the static obstacles.
+        dynamics: how the body may move.
+        settings: of the loop.
+    """
+
+    def __init__(self, space: FreeSpace, dynamics: Dynamics, settings: Replanning) -> None:
+        self._space, self._dynamics, self._settings = space, dynamics, settings
+        self._known: Floats | None = None
+        self._waited = False
+
+    def rehearse(self, start: Floats, goal: Floats) -> None:
+        """Plan once in vain: what is made once, is made before the flight."""
+        still = State(start, np.zeros_like(start), np.zeros_like(start))
+        found = route(self._space, start, goal)
+        if found is not None and found.found:
+            next(along(found, still, 0.0, self._dynamics), None)
+
+    def decide(
+        self, effect: float, current: Commitment, goal: Floats, prediction: Forecast
+    ) -> Decision:
+        """The trajectory to fly from a time on.
+
+        Args:
+            effect: simulated time from which the decision takes effect [s].
+            current: what is flown until then.
+            goal: shape (n,) [m].
+            prediction: of what moves, made now.
+        """
+        ahead = Ahead(prediction, effect)
+        state = current.state(effect)
+        conflict = self._conflict(current, ahead)
+        slabs = ahead.until(effect + self._settings.horizon)
+        sweeps = Sweeps(prediction, slabs, state.position, self._dynamics.speed)
+        swept = sweeps.around(goal, closely=False)
+        found = route(self._space, state.position, goal, swept, self._known)
+        if found is None or not found.found:
+            swept = sweeps.around(goal, closely=True)
+            found = route(self._space, state.position, goal, swept, self._known)
+        plan = found.plan if found else None
+        self._known = found.plan.waypoints if found and found.found else None
+        if found and found.found:
+            # With time left on a way that is proved, a second try can wait for the next plan.
+            known = _Known(effect, state.position, found.plan.cost)
+            hurry = conflict is not None or current.ends - effect < self._dynamics.braking
+            shares = ALL_SHARES if hurry else ALL_SHARES[:1]
+            for candidate in along(found, state, effect, self._dynamics, shares=shares):
+                if conflict is None and not self._sooner(candidate, current, goal, known):
+                    continue
+                if self._conflict(candidate, ahead) is None:
+                    return self._taken(candidate, "onward", plan, conflict)
+        if conflict is None and (effect < current.ends or current.remaining == 0.0):
+            return Decision(None, "onward", plan, True, None)
+        best, latest = None, -math.inf if conflict is None else conflict.time + _LATER
+        for candidate in self._fallbacks(effect, current, goal, swept, slabs, conflict):
+            met = self._conflict(candidate, ahead)
+            if met is None:
+                return self._taken(candidate, "approach", plan, conflict)
+            if conflict is not None and met.time > latest:
+                best, latest = candidate, met.time
+        self._waited = True
+        reason: Reason = "wait" if conflict is None else "threat"
+        return Decision(best, reason, plan, conflict is None, conflict)
+
+    def _taken(
+        self, commitment: Commitment, reason: Reason, plan: Plan | None, conflict: Conflict | None
+    ) -> Decision:
+        """A decision for a commitment that is proved."""
+        if conflict is not None:
+            reason = "threat"
+        elif self._waited and reason == "onward":
+            reason = "opened"
+        self._waited = reason == "approach"
+        return Decision(commitment, reason, plan, True, conflict)
+
+    def _conflict(self, commitment: Commitment, ahead: Ahead) -> Conflict | None:
+        """Where a commitment is first not clear, until the guard after it has come to rest."""
+        last = max(commitment.ends, ahead.start) + self._settings.guard
+        return first_conflict(commitment, ahead.until(last), ahead.start)
+
+    def _sooner(
+        self, candidate: Commitment, current: Commitment, goal: Floats, known: _Known
+    ) -> bool:
+        """Whether a commitment brings the body to the goal sooner than the one it flies."""
+        end = current.end
+        if np.abs(end - goal).max() <= _AT_GOAL:
+            return self._arrival(candidate) < current.ends - _WORTH
+        if known.effect >= current.ends:
+            return True  # it does not move
+        # By the triangle inequality no way from its end is shorter than this.
+        left = max(current.remaining, known.cost - float(np.linalg.norm(end - known.position)))
+        return self._arrival(candidate) < self._arrival(replace(current, remaining=left)) + _WORTH
+
+    def _arrival(self, commitment: Commitment) -> float:
+        """When the body is at the goal [s], about: stopping on the way costs time."""
+        left, speed, braking = (
+            commitment.remaining,
+            self._dynamics.axis_speed,
+            self._dynamics.braking,
+        )
+        return commitment.ends + (left / speed + braking if left else 0.0)
+
+    def _fallbacks(
+        self,
+        effect: float,
+        current: Commitment,
+        goal: Floats,
+        swept: Sequence[Polytope | None],
+        slabs: Slabs,
+        conflict: Conflict | None,
+    ) -> Iterator[Commitment]:
+        """What is left where no way to the goal is open: stop, come nearer to it, get away."""
+        state, dynamics = current.state(effect), self._dynamics
+        if conflict is not None:
+            yield from stopping(self._space, state, effect, dynamics, current.remaining)
+        static = route(self._space, state.position, goal)
+        if static is not None and static.found:
+            free = crossed(static.plan.waypoints, swept)[1] - _BEFORE
+            if free > _NEAR:
+                yield from along(static, state, effect, dynamics, free)
+        if conflict is None:
+            return
+        for point in refuges(self._space, slabs, state.position, _REFUGES):
+            away = route(self._space, state.position, point, swept)
+            if away is not None and away.found:
+                left = float(np.linalg.norm(goal - point))
+                for candidate in along(away, state, effect, dynamics):
+                    yield replace(candidate, remaining=left)
+
+
+class _Known(NamedTuple):
+    """Where the body is when a decision takes effect, and how far it has to go."""
+
+    effect: float
+    """[s]"""
+    position: Floats
+    """Shape (n,) [m]."""
+    cost: float
+    """Length of the path to the goal [m]."""
+
+
+class Ahead:
+    """Slabs of a prediction from a time on, made as far as they are asked for."""
+
+    def __init__(self, prediction: Forecast, start: float) -> None:
+        self.start = start
+        """[s]"""
+        self._prediction = prediction
+        self._slabs = prediction.slabs(start, _SLAB, _BLOCK)
+
+    def until(self, end: float) -> Slabs:
+        """The slabs up to a time [s]."""
+        count = max(1, math.ceil((end - self.start) / _SLAB - 1e-9))
+        while len(self._slabs.b) < count:
+            begin = self.start + _SLAB * len(self._slabs.b)
+            more = self._prediction.slabs(begin, _SLAB, _BLOCK)
+            self._slabs = replace(self._slabs, b=np.concatenate([self._slabs.b, more.b]))
+        return replace(self._slabs, b=self._slabs.b[:count])

@@ -1,0 +1,123 @@
+"""What the planner did in flight: a row for each time it was asked."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class PlanRecord:
+    """One decision of the planner."""
+
+    time: float
+    """Simulated time at which it was asked [s]."""
+    effect: float
+    """From when the answer holds [s]."""
+    reason: str
+    """See `replanning.pilot.Reason`; "late": it came after it should have taken effect."""
+    taken: bool
+    """Whether there is a new trajectory to fly."""
+    proved: bool
+    """Whether what is flown from then on is proved clear of everything, as predicted."""
+    latency: float
+    """Time of computing [s]."""
+    goal: Floats
+    """Shape (n,) [m]."""
+    cost: float
+    """Length of the path to the goal [m]; inf if there was none."""
+    lower_bound: float
+    """No path is shorter, among the obstacles as they were predicted [m]."""
+    ends: float
+    """When the trajectory flown from then on has come to rest [s]."""
+    conflict: str
+    """Geom that the trajectory flown before was in conflict with, as predicted; "" if none."""
+    conflict_time: float
+    """When that would have been [s]; nan if never."""
+    waypoints: Floats
+    """Of the path to the goal, shape (k, n) [m]."""
+
+
+@dataclass(frozen=True)
+class BrokenPrediction:
+    """A moving obstacle that was not where it was predicted to be."""
+
+    geom: str
+    time: float
+    """When first [s]."""
+    error: float
+    """By how much at most [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlightPlan:
+    """What was planned in a flight, and why it ended."""
+
+    records: tuple[PlanRecord, ...] = ()
+    broken: tuple[BrokenPrediction, ...] = ()
+    failure: str = ""
+    """What became of the planner; "" as long as it answered."""
+    goals_reached: int = 0
+    arrived: bool = False
+    """Whether all goals were reached."""
+
+    def metrics(self) -> dict[str, Any]:
+        """What metrics.json says of it."""
+        latency = 1e3 * np.array([record.latency for record in self.records])
+        spread: dict[str, float | None] = {"median": None, "p99": None, "max": None}
+        if latency.size:
+            spread = {
+                "median": float(np.median(latency)),
+                "p99": float(np.quantile(latency, 0.99)),
+                "max": float(latency.max()),
+            }
+        return {
+            "replans": sum(record.taken for record in self.records),
+            "replan_latency_ms": spread,
+            "plans_asked": len(self.records),
+            "plans_for": dict(Counter(record.reason for record in self.records)),
+            "waited_s": self._time(lambda record: record.reason == "wait"),
+            "unproved_s": self._time(lambda record: not record.proved),
+            "broken_predictions": [vars(broken) for broken in self.broken],
+            "planner_failure": self.failure,
+            "goals_reached": self.goals_reached,
+        }
+
+    def warnings(self) -> list[str]:
+        """What the user should know of it."""
+        found = [
+            f"{broken.geom} was up to {broken.error:.3g} m away from where it was predicted, first "
+            f"at {broken.time:.3g} s: what was proved of it does not hold"
+            for broken in self.broken
+        ]
+        if self.failure:
+            found.append(f"the planner failed {self.failure}; the body came to rest as planned")
+        late = [record for record in self.records if record.latency > record.effect - record.time]
+        if late:
+            longest = max(record.latency for record in late)
+            found.append(
+                f"{len(late)} of {len(self.records)} plans took longer to compute on this machine "
+                f"than they were given (up to {1e3 * longest:.0f} ms)"
+            )
+        return found
+
+    def _time(self, chosen: Callable[[PlanRecord], bool]) -> float:
+        """Simulated time in which the last decision was one of those chosen [s]."""
+        times = [record.effect for record in self.records]
+        spans = zip(self.records, np.diff(times).tolist(), strict=False)
+        return float(sum(span for record, span in spans if chosen(record)))
+
+
+def worst_broken(found: Sequence[BrokenPrediction]) -> tuple[BrokenPrediction, ...]:
+    """One for each geom: since when, and by how much at most."""
+    worst: dict[str, BrokenPrediction] = {}
+    for one in found:
+        old = worst.get(one.geom, one)
+        worst[one.geom] = BrokenPrediction(one.geom, old.time, max(old.error, one.error))
+    return tuple(worst.values())

@@ -1,0 +1,75 @@
+"""Over which time each moving obstacle is swept, when a path is planned among them.
+
+A path knows no time. An obstacle is in the way of one where it will be when the body can first
+come near it, and for a while from then on: `Sweeps` finds these times for a state of the body.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hzmp_planners._arrays import Floats
+from hzmp_planners.sets import Polytope
+
+if TYPE_CHECKING:
+    from hzmp_sim.motion.forecast import Forecast
+    from hzmp_sim.motion.source import Slabs
+
+_SWEPT = 0.8  # [s] for which an obstacle stays in the way of a path
+_HALVINGS = 3  # of that time, where the body itself would be in what is swept
+
+
+class Sweeps:
+    """What the moving obstacles sweep while the body could meet them.
+
+    Args:
+        prediction: of the moving obstacles.
+        slabs: of the same, from the time on at which the body is at `position`.
+        position: of the centre, shape (n,) [m].
+        speed: largest of the body [m/s].
+    """
+
+    def __init__(self, prediction: Forecast, slabs: Slabs, position: Floats, speed: float) -> None:
+        self._prediction, self._position = prediction, position
+        self._begin, self._span = np.zeros(0), np.zeros(0)
+        if not slabs.b.size:
+            return
+        # A facet's distance is at most that of the polytope.
+        apart = (np.einsum("gfn,n->gf", slabs.A, position) - slabs.b).max(axis=2)
+        reach = speed * slabs.step * np.arange(1, len(slabs.b) + 1)
+        meets = apart <= reach[:, None]
+        self._begin = slabs.start + slabs.step * meets.argmax(axis=0)
+        latest = slabs.start + slabs.step * len(slabs.b)
+        self._span = np.where(meets.any(axis=0), np.minimum(_SWEPT, latest - self._begin), 0.0)
+
+    def around(self, goal: Floats, *, closely: bool) -> list[Polytope | None]:
+        """Convex sets for obstacles that could be met; they hold neither position nor goal (n,).
+
+        An obstacle that does is looked at for a shorter time; if that does not help, it is left out
+        as far as a path is concerned.
+
+        Args:
+            goal: shape (n,) [m].
+            closely: hulls of more facets, not boxes.
+        """
+        shapes = self._prediction.hulls if closely else self._prediction.boxes
+        swept: list[Polytope | None] = [None] * len(self._span)
+        span = self._span
+        for _ in range(_HALVINGS + 1):
+            todo = np.flatnonzero(span > 0.0)
+            if not todo.size:
+                break
+            found = shapes(self._begin, self._begin + span)
+            span = span.copy()
+            for number in todo.tolist():
+                shape = found[number]
+                if shape is None or not (_holds(shape, self._position) or _holds(shape, goal)):
+                    swept[number], span[number] = shape, 0.0
+            span *= 0.5
+        return swept
+
+
+def _holds(shape: Polytope, point: Floats) -> bool:
+    return bool((shape.A @ point - shape.b).max() <= 0.0)

@@ -1,0 +1,169 @@
+"""The planner in the loop, in the bundled worlds that move and in small ones."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hzmp_sim as hz
+from hzmp_sim.replanning.pilot import Pilot
+
+MOVING = ("crossing_traffic", "pendulum_gallery", "sliding_doors", "warehouse")
+
+YARD = """
+<mujoco><custom><numeric name="workspace" data="-4 -2 0 4 2 2"/></custom>
+<worldbody>
+  <geom name="north" type="box" size="4 .1 1" pos="0 2.1 1"/>
+  <body name="gate" mocap="true" pos="0 0 1">
+    <geom name="gate" type="box" size=".2 {half} 1"/>
+  </body>
+  <site name="start" pos="-3 0 1"/><site name="goal" pos="3 0 1"/>
+</worldbody></mujoco>
+"""
+
+
+def yard(tmp_path: Path, *motions: hz.Motion, half: float = 0.5, **script: Any) -> hz.Scene:
+    file = tmp_path / "yard.xml"
+    file.write_text(YARD.format(half=half), encoding="utf-8")
+    return hz.load_scene(
+        file, body="point", motion=hz.MotionScript(motions=list(motions), **script)
+    )
+
+
+def fly(scene: hz.Scene, out: Path | None = None, **replanning: Any) -> hz.Run:
+    settings = hz.RunSettings(video=False, replanning=hz.Replanning(**replanning))
+    return hz.simulate(scene, out, settings)
+
+
+def still(places: list[tuple[float, float, float]], times: list[float]) -> hz.Motion:
+    return hz.Motion(body="gate", path=hz.Waypoints(times=times, positions=places))
+
+
+@pytest.mark.parametrize("body", ["point", "quadrotor"])
+@pytest.mark.parametrize("world", MOVING)
+def test_worlds_that_move(world: str, body: str) -> None:
+    run = fly(hz.load_scene(world, body=body), duration=60.0)
+    m = run.metrics
+    assert m["status"] == "goal_reached"
+    assert m["collision_steps"] == 0
+    assert m["min_clearance_m"] > 0.0
+    assert m["containment_m"] <= 1e-9
+    assert m["unproved_s"] == 0.0
+    assert m["broken_predictions"] == []
+    assert m["replans"] > 0
+    assert run.trajectory is not None
+    assert hz.audit(run.scene, run.log).holds  # type: ignore[arg-type]
+
+
+def test_the_same_seed_gives_the_same_run_bit_for_bit(tmp_path: Path) -> None:
+    script = hz.load_scene("crossing_traffic", body="point").motion
+    assert script is not None
+    scene = hz.load_scene("crossing_traffic", body="point", motion=script.with_phases(4))
+    one, two = fly(scene), fly(scene)
+    assert one.log is not None
+    assert two.log is not None
+    assert np.array_equal(one.log.position, two.log.position)
+    assert np.array_equal(one.log.control, two.log.control)
+
+
+@pytest.mark.parametrize("latency", [0.0, 0.02, 0.1, 0.3])
+def test_safe_at_any_latency(latency: float) -> None:
+    m = fly(hz.load_scene("crossing_traffic", body="point"), latency=latency).metrics
+    assert m["status"] == "goal_reached"
+    assert m["collision_steps"] == 0
+
+
+@pytest.mark.parametrize("failing", ["raises", "hangs"])
+def test_a_planner_that_fails_in_flight(
+    failing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    decide: Callable[..., Any] = Pilot.decide
+
+    def fails(self: Pilot, effect: float, *rest: Any) -> Any:
+        if effect < 1.0:
+            return decide(self, effect, *rest)
+        if failing == "hangs":
+            time.sleep(5.0)
+        raise RuntimeError("out of ideas")
+
+    monkeypatch.setattr(Pilot, "decide", fails)
+    scene = hz.load_scene("crossing_traffic", body="point")
+    run = fly(scene, tmp_path / "run", patience=0.5)
+    m = json.loads((tmp_path / "run" / "metrics.json").read_text(encoding="utf-8"))
+    assert m["status"] == "goal_not_reached"
+    assert m["collision_steps"] == 0
+    told = "out of ideas" if failing == "raises" else "no answer within 0.5 s"
+    assert told in m["planner_failure"]
+    assert any("the planner failed" in warning for warning in m["warnings"])
+    assert (tmp_path / "run" / "trajectory.parquet").is_file()
+    assert run.log is not None
+    assert np.linalg.norm(run.log.velocity[-1]) < 0.05
+
+
+def test_a_door_that_stays_shut_is_waited_for(tmp_path: Path) -> None:
+    scene = yard(tmp_path, still([(0.0, 0.0, 1.0)], [0.0]), half=2.0)
+    run = fly(scene, duration=4.0)
+    assert run.metrics["status"] == "goal_not_reached"
+    assert run.metrics["collision_steps"] == 0
+    assert run.metrics["waited_s"] > 0.5
+    assert run.log is not None
+    assert -1.5 < run.log.position[-1, 0] < -0.2  # near to the door
+
+
+def test_a_door_that_opens_is_gone_through(tmp_path: Path) -> None:
+    shut, gone = (0.0, 0.0, 1.0), (0.0, 0.0, 9.0)
+    scene = yard(tmp_path, still([shut, shut, gone], [0.0, 4.0, 4.0]), half=2.0)
+    m = fly(scene, duration=20.0).metrics
+    assert m["status"] == "goal_reached"
+    assert m["collision_steps"] == 0
+
+
+def test_a_body_at_rest_gets_out_of_the_way(tmp_path: Path) -> None:
+    far, near, gone = (3.5, 0.0, 1.0), (-3.5, 0.0, 1.0), (-3.5, 0.0, 9.0)
+    ram = still([far, far, near, near, gone], [0.0, 1.0, 8.0, 8.5, 8.5])
+    scene = yard(tmp_path, ram, half=1.4)
+    run = fly(scene, duration=30.0)
+    assert run.metrics["status"] == "goal_reached"
+    assert run.metrics["collision_steps"] == 0
+
+
+def test_what_was_not_announced_is_seen_and_told(tmp_path: Path) -> None:
+    places = [(0.0, -1.4, 1.0), (0.0, 1.4, 1.0), (0.0, -1.4, 1.0)]
+    path = hz.Waypoints(times=[0.0, 1.4, 2.0], positions=places, repeat="loop")
+    scene = yard(tmp_path, hz.Motion(body="gate", path=path, announced=False))
+    run = fly(scene, duration=20.0, prediction_acceleration=0.5)
+    m = run.metrics
+    assert m["broken_predictions"]
+    assert m["broken_predictions"][0]["geom"].startswith("geom 'gate'") or "gate" in str(
+        m["broken_predictions"]
+    )
+    for contact in m["contacts"].values():
+        assert not contact["predicted"]
+
+
+def test_goals_in_a_row_and_a_change_in_flight(tmp_path: Path) -> None:
+    goals = [hz.Goal(position=(3.0, 1.5), dwell=0.5), hz.Goal(position=(-3.0, 1.5), time=6.0)]
+    run = fly(yard(tmp_path, goals=goals), duration=40.0)
+    assert run.metrics["status"] == "goal_reached"
+    assert run.log is not None
+    assert np.linalg.norm(run.log.position[-1, :2] - [-3.0, 1.5]) < 0.05
+    patrol = yard(tmp_path, goals=[hz.Goal(position=(-3.0, 1.5))], patrol=True, duration=20.0)
+    m = fly(patrol).metrics
+    assert m["goals_reached"] >= 3
+    assert m["collision_steps"] == 0
+
+
+def test_planning_from_rest_only_is_slower() -> None:
+    scene = hz.load_scene("crossing_traffic", body="point")
+    moving, resting = (fly(replace(scene), from_rest=flag) for flag in (False, True))
+    assert moving.log is not None
+    assert resting.log is not None
+    assert resting.metrics["collision_steps"] == 0
+    assert moving.log.time[-1] < 0.9 * resting.log.time[-1]
