@@ -52,6 +52,7 @@ def run_summary(run: Run, directory: Path) -> str:
         lines.append(
             f"contact   with {name} in {contact['steps']} steps, "
             f"first at {contact['first_s']:.3f} s"
+            + ("" if contact["predicted"] else ", which was not where it was predicted")
         )
     lines += [f"warning   {text}" for text in m["warnings"] if text not in run.scene.warnings]
     if not m["plan_verified"]:

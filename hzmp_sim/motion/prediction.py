@@ -160,12 +160,11 @@ class Prediction:
         offsets = self._gather(lambda source, rows: source.windows(begin[rows], finish[rows]))
         frames = self._template.normals[:, : 2 * n]
         signs = np.array(list(product((0, 1), repeat=n))) + 2 * np.arange(n)
-        corners = offsets[:, : 2 * n][:, signs] * np.where(signs % 2, -1.0, 1.0)
-        vertices = corners @ frames[:, ::2]
+        there = offsets[:, 0] > -np.inf
+        sides = np.where(there[:, None], offsets[:, : 2 * n], 0.0)
+        vertices = (sides[:, signs] * np.where(signs % 2, -1.0, 1.0)) @ frames[:, ::2]
         return [
-            Polytope.from_both_forms(frames[i], offsets[i, : 2 * n], vertices[i])
-            if offsets[i, 0] > -np.inf
-            else None
+            Polytope.from_both_forms(frames[i], sides[i], vertices[i]) if there[i] else None
             for i in range(len(self.geoms))
         ]
 

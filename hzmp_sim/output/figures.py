@@ -15,6 +15,7 @@ from hzmp_sim.output.path_figure import path_figure
 from hzmp_sim.output.style import WIDTH_IN, legend_above, plain, save
 
 if TYPE_CHECKING:
+    from hzmp_sim.replanning import FlightPlan
     from hzmp_sim.run import FlightLog, Run
     from hzmp_tracking import Trajectory
 
@@ -23,7 +24,7 @@ def write_figures(run: Run, directory: Path) -> list[Path]:
     """Write the figures that `run` has material for to `directory` as PNG; returns their paths.
 
     path.png (plan), search.png (cost and lower bound), trajectory.png (derivatives against their
-    limits) and flight.png (clearance and tracking error).
+    limits), flight.png (clearance and tracking error) and replanning.png (latency of each plan).
     """
     figures: dict[str, Figure] = {"path": path_figure(run)}
     if any(np.isfinite(row).all() for row in run.plan.history):
@@ -32,6 +33,8 @@ def write_figures(run: Run, directory: Path) -> list[Path]:
         figures["trajectory"] = _trajectory_figure(run.trajectory)
     if run.log is not None:
         figures["flight"] = _flight_figure(run, run.log)
+    if run.flight_plan is not None and run.flight_plan.records:
+        figures["replanning"] = _replanning_figure(run.flight_plan)
     paths = []
     for name, figure in figures.items():
         paths.append(directory / f"{name}.png")
@@ -136,4 +139,23 @@ def _flight_figure(run: Run, log: FlightLog) -> Figure:
     for axes in (above, below):
         plain(axes)
     figure.align_ylabels()
+    return figure
+
+
+def _replanning_figure(planned: FlightPlan) -> Figure:
+    """Latency of each decision over the time it was asked, by reason, below what was allowed."""
+    figure = _new(3.2)
+    axes = figure.add_subplot()
+    records = planned.records
+    asked = [record.time for record in records]
+    allowed = [1e3 * (record.effect - record.time) for record in records]
+    axes.step(asked, allowed, where="post", color=palette.INK, lw=1.0, ls="--", label="allowed")
+    for reason in dict.fromkeys(record.reason for record in records):
+        chosen = [record for record in records if record.reason == reason]
+        times, latency = [r.time for r in chosen], [1e3 * r.latency for r in chosen]
+        axes.plot(times, latency, "o", ms=3, label=reason)
+    axes.set(xlabel="time [s]", ylabel="latency [ms]")
+    axes.set_ylim(bottom=0.0)
+    legend_above(axes)
+    plain(axes)
     return figure

@@ -17,6 +17,7 @@ from hzmp_planners._polygons import counter_clockwise
 from hzmp_planners.free_space.plot import within
 from hzmp_sim.output import palette
 from hzmp_sim.output.meshes import geom_points, hull_triangles, polytope_outline
+from hzmp_sim.output.poses import pose_at_start
 from hzmp_sim.output.style import WIDTH_IN, plain
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def _flat_obstacles(axes: Axes, run: Run, plane: tuple[int, int], *, grown: bool
             _polygons(polygons, "#f6e3e0", palette.GROWN, 0.8, "grown by radius and clearance")
         )
     data = mujoco.MjData(scene.model)
-    data.qpos[:] = scene.initial_qpos
+    pose_at_start(scene, data)
     mujoco.mj_kinematics(scene.model, data)
     outlines = []
     for geom in dict.fromkeys(scene.obstacle_geoms):

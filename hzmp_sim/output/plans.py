@@ -13,8 +13,6 @@ from hzmp_sim.output.headline import number
 if TYPE_CHECKING:
     from hzmp_sim.replanning import FlightPlan, PlanRecord
 
-_MOST_ROWS = 60
-
 
 class PlanRow(NamedTuple):
     """One line: a decision, or several alike one after the other."""
@@ -35,9 +33,9 @@ class PlanRow(NamedTuple):
 
 
 def plan_rows(planned: FlightPlan) -> list[PlanRow]:
-    """Decisions in order, those alike in a row summed up; at most some dozens."""
+    """Decisions in order, those alike in a row summed up."""
     groups = [list(group) for _, group in groupby(planned.records, key=_kind)]
-    return [_row(group) for group in groups[:_MOST_ROWS]]
+    return [_row(group) for group in groups]
 
 
 def write_plans(planned: FlightPlan, path: Path) -> None:

@@ -21,11 +21,15 @@ if TYPE_CHECKING:
     from hzmp_sim.output.opengl import Image
     from hzmp_sim.run import Run
 
+_MOST_PLANS = 60
+"""Lines of the table of what was planned in flight."""
+
 _CAPTIONS = {
     "path": "Path among the obstacles.",
     "search": "Search: length of the best path and proved lower bound; the band is the gap.",
     "trajectory": "Reference trajectory; limits dashed.",
     "flight": "Measured clearance and tracking error.",
+    "replanning": "Time of computing of each plan in flight; what it was given is dashed.",
 }
 
 
@@ -58,6 +62,7 @@ def write_report(
         lstrip_blocks=True,
     )
     speed = playback_speed(run)
+    plans = [] if run.flight_plan is None else plan_rows(run.flight_plan)
     page = environment.get_template("report.html.j2").render(
         title=run.scene.path.parent.name or run.scene.path.stem,
         scene=run.scene,
@@ -76,7 +81,8 @@ def write_report(
         command=command,
         plan_table=_plan_table(run),
         flight_table=_flight_table(run),
-        plans=[] if run.flight_plan is None else plan_rows(run.flight_plan),
+        plans=plans[:_MOST_PLANS],
+        plans_left_out=max(0, len(plans) - _MOST_PLANS),
         planned=run.metrics if run.flight_plan is not None else None,
         timings=_timings(run.metrics.get("timings_s") or {}),
         versions=run.metrics.get("versions") or {},

@@ -185,3 +185,23 @@ def test_the_pilot_among_boxes_that_swing(seed: int) -> None:
     assert whole.containment <= 1e-9
     assert whole.limit_usage.max() <= 1.0 + 1e-6
     assert gap(world, Commitment(whole, 0.0, 0.0), np.arange(0.0, now, 1e-3)).min() >= -1e-9
+
+
+def test_the_flown_reference_is_one_path_through_its_moves_and_rests() -> None:
+    there = np.array([[1.0, 1.0], [4.0, 1.0], [4.0, 4.0]])
+    first = run_along(there)
+    second = run_along(there[::-1], begins=first.ends + 0.7)
+    flown = FlownReference(first)
+    flown.switch(second)
+    until = second.ends + 0.4
+    whole = flown.whole(until)
+    assert whole.duration == pytest.approx(until)
+    times = np.linspace(0.0, until, 2001)
+    expected = np.where(
+        (times < second.begins)[:, None],
+        first.trajectory.sample(times.clip(0.0, first.ends)).position,
+        second.trajectory.sample((times - second.begins).clip(0.0, second.trajectory.duration))
+        .position,
+    )  # fmt: skip
+    assert np.abs(whole.sample(times).position - expected).max() <= 1e-9
+    assert np.array_equal(whole.cells[0].b, ROOM.b)
