@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike
 from hzmp_planners._arrays import Floats, as_point
 from hzmp_planners.errors import QueryError, ShapeError
 from hzmp_planners.sets import Polytope
+from hzmp_tracking.arguments import start_state
 from hzmp_tracking.constants import LIMIT_TOL
 from hzmp_tracking.limits import Limits
 from hzmp_tracking.quick_spline import quick_stop
 from hzmp_tracking.stops import Pieces, box_for, brake_straight, from_state
-from hzmp_tracking.timing import start_state
 from hzmp_tracking.trajectory import Trajectory
 
 _RESOLUTION = 0.01  # of the duration: a stop that is longer by less is as good

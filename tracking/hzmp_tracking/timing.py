@@ -8,13 +8,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hzmp_planners._arrays import Floats, as_point, as_points
-from hzmp_planners.errors import QueryError, ShapeError
+from hzmp_planners._arrays import Floats
+from hzmp_planners.errors import QueryError
 from hzmp_planners.sets import Polytope
-from hzmp_tracking.constants import JOIN_TOL, LIMIT_TOL, WAYPOINT_TOL
+from hzmp_tracking.arguments import checked_corridor, known_pieces, start_state
+from hzmp_tracking.constants import WAYPOINT_TOL
 from hzmp_tracking.corridor_spline import corridor_spline
-from hzmp_tracking.cover import cover, shifted
 from hzmp_tracking.limits import Limits
+from hzmp_tracking.proved import fastest_proved, holds, proved, within
 from hzmp_tracking.quick_spline import quick_spline
 from hzmp_tracking.stops import Pieces, box_for, from_state, polyline, straight
 from hzmp_tracking.trajectory import Trajectory
@@ -64,17 +65,17 @@ def time_parameterize(
         QueryError: a waypoint outside its cell, a start state beyond the limits, or one from which
             no stop inside the cells was found.
     """
-    points, chain = _checked(waypoints, cells)
+    points, chain = checked_corridor(waypoints, cells)
     n = points.shape[1]
     velocity, acceleration = start_state(start_velocity, start_acceleration, limits, n)
     known = None
     if previous is not None:
-        known = _known(previous, points, limits, velocity, acceleration)
+        known = known_pieces(previous, points, limits, velocity, acceleration)
     if quick:
         best = _quick(points, chain, limits, velocity, acceleration, known)
     else:
         best = _thorough(points, chain, limits, velocity, acceleration, known)
-    if not _within(best):
+    if not within(best):
         raise QueryError(
             f"from start_velocity {velocity.tolist()} and start_acceleration "
             f"{acceleration.tolist()} no stop within the limits on norms was found"
@@ -102,7 +103,7 @@ def _thorough(
         candidates += _moving(vias, limits, velocity, acceleration, chain)
     else:
         candidates += _resting(points, vias, limits)
-    return _fastest_proved(candidates, chain, vias, limits)
+    return fastest_proved(candidates, chain, vias, limits)
 
 
 def quick_trajectory(
@@ -120,7 +121,7 @@ def quick_trajectory(
         ShapeError: shapes that do not fit each other, entries that are not finite.
         QueryError: a waypoint outside its cell, or a start state beyond the limits.
     """
-    points, chain = _checked(waypoints, cells)
+    points, chain = checked_corridor(waypoints, cells)
     v, a = start_state(start_velocity, start_acceleration, limits, points.shape[1])
     return _at_once(points, chain, limits, v, a, None)
 
@@ -142,7 +143,7 @@ def _quick(
         candidates = _moving(vias, limits, velocity, acceleration, chain, quick=True)
     else:
         candidates = [polyline(points, range(len(points)), limits)]
-    return _fastest_proved(candidates, chain, vias, limits)
+    return fastest_proved(candidates, chain, vias, limits)
 
 
 def _at_once(
@@ -159,50 +160,21 @@ def _at_once(
     if moving:
         window = (0, len(chain))
         direct = from_state(points[0], velocity, acceleration, points[-1], limits, window)
-        trial = _proved(direct, chain, vias, limits)
-        if _holds(trial):
+        trial = proved(direct, chain, vias, limits)
+        if holds(trial):
             return trial
     elif len(chain) == 1:
-        return _proved(polyline(points, (0, 1), limits), chain, vias, limits)
-    old = None if known is None else _proved(known, chain, vias, limits)
-    safe = [] if old is None or not _holds(old) else [old]
+        return proved(polyline(points, (0, 1), limits), chain, vias, limits)
+    old = None if known is None else proved(known, chain, vias, limits)
+    safe = [] if old is None or not holds(old) else [old]
     # With a way on at hand, one program is all the time that a faster one is worth.
     rounds = 1 if safe else 3
     inner = Limits(*box_for(velocity, acceleration, limits))
     spline = quick_spline(points, chain, inner, velocity, acceleration, rounds)
     if spline is not None:
-        new = _proved(spline, chain, vias, limits)
-        safe += [new] if _holds(new) else []
+        new = proved(spline, chain, vias, limits)
+        safe += [new] if holds(new) else []
     return min(safe, key=lambda trajectory: trajectory.duration, default=None)
-
-
-def _known(
-    previous: Trajectory, points: Floats, limits: Limits, velocity: Floats, acceleration: Floats
-) -> Pieces:
-    """The pieces of a trajectory from the start state to rest at the last waypoint.
-
-    Raises:
-        ShapeError: another dimension.
-        QueryError: it starts or ends elsewhere, or exceeds the limits.
-    """
-    n = points.shape[1]
-    if previous.n != n:
-        raise ShapeError(f"previous has {previous.n} dimensions but the waypoints have {n}")
-    ends = previous.coefficients[0], shifted(previous.coefficients[-1], previous.durations[-1])
-    wanted = (points[0], velocity, acceleration), (points[-1], np.zeros(n), np.zeros(n))
-    size = max(1.0, float(np.abs(points).max()))
-    for name, end, states in zip(("start", "end"), ends, wanted, strict=True):
-        gaps = np.abs(end[:3] * np.array([[1.0], [1.0], [2.0]]) - np.array(states))
-        scales = [np.array([size]), *limits.per_axis(n)[:2]]
-        if any((gap > JOIN_TOL * s).any() for gap, s in zip(gaps, scales, strict=True)):
-            raise QueryError(
-                f"previous has another {name} than asked for, off by {float(gaps.max()):.3g}"
-            )
-    usage = limits.usage(previous.peaks, previous.norm_peaks)
-    if usage.max() > 1.0 + LIMIT_TOL:
-        raise QueryError(f"previous uses {float(usage.max()):.6g} of a limit; at most 1 is valid")
-    every = ((0, len(points) - 1),) * previous.durations.size
-    return Pieces(previous.coefficients, previous.durations, every)
 
 
 def _splines(
@@ -271,8 +243,8 @@ def _moving(
         stopping = Pieces.join([first, *rest])
         candidates.append(stopping)
         if k < K and not reached:
-            trial = _proved(stopping, cells, vias, limits)
-            reached = _holds(trial)
+            trial = proved(stopping, cells, vias, limits)
+            reached = holds(trial)
         else:
             continue
         if reached:
@@ -288,87 +260,3 @@ def _moving(
     rest = [polyline(points, range(cell + 1, K + 1), limits)] if cell + 1 < K else []
     candidates.append(Pieces.join([stop, on, *rest]))
     return candidates
-
-
-def _fastest_proved(
-    candidates: Sequence[Pieces | None],
-    cells: tuple[Polytope, ...],
-    vias: Vias,
-    limits: Limits,
-) -> Trajectory:
-    """The fastest candidate that is within cells and limits; if none is, the one nearest to it."""
-    trials: list[Trajectory] = []
-    made = [pieces for pieces in candidates if pieces is not None]
-    for pieces in sorted(made, key=lambda pieces: pieces.duration):
-        trials.append(_proved(pieces, cells, vias, limits))
-        if _holds(trials[-1]):
-            return trials[-1]
-    return min(trials, key=lambda trial: (not _within(trial), trial.containment))
-
-
-def _holds(trial: Trajectory) -> bool:
-    """Whether it is proved in its cells and keeps the limits."""
-    return trial.containment <= 0.0 and _within(trial)
-
-
-def _within(trial: Trajectory) -> bool:
-    """Whether it keeps the limits on norms; those on the axes hold by construction."""
-    return bool(trial.limit_usage[:, -1].max() <= 1.0 + LIMIT_TOL)
-
-
-def _proved(pieces: Pieces, cells: tuple[Polytope, ...], vias: Vias, limits: Limits) -> Trajectory:
-    """The pieces, split where they change cells, as a trajectory that can tell its containment."""
-    coefficients, durations, owners = cover(
-        pieces.coefficients, pieces.durations, pieces.windows, cells
-    )
-    times = np.concatenate([[0.0], np.cumsum(durations)])
-    return Trajectory(times, coefficients, owners, cells, vias.points, limits)
-
-
-def _checked(
-    waypoints: ArrayLike, cells: Sequence[Polytope]
-) -> tuple[Floats, tuple[Polytope, ...]]:
-    chain = tuple(cells)
-    if not chain:
-        raise ShapeError("cells must hold at least one Polytope, got none")
-    n = chain[0].n
-    for k, cell in enumerate(chain):
-        if cell.n != n:
-            raise ShapeError(f"cell {k} has {cell.n} dimensions but cell 0 has {n}")
-    points = as_points(waypoints, "waypoints", n)
-    if len(points) != len(chain) + 1:
-        raise ShapeError(f"{len(chain)} cells need {len(chain) + 1} waypoints, got {len(points)}")
-    for k, cell in enumerate(chain):
-        excess = cell.violation(points[k : k + 2])
-        worst = int(np.argmax(excess))
-        if excess[worst] > WAYPOINT_TOL:
-            raise QueryError(
-                f"waypoint {k + worst} {points[k + worst].tolist()} lies {excess[worst]:.3g} m "
-                f"outside cell {k}; at most {WAYPOINT_TOL:g} m is accepted"
-            )
-    return points, chain
-
-
-def start_state(
-    velocity: ArrayLike | None, acceleration: ArrayLike | None, limits: Limits, n: int
-) -> tuple[Floats, Floats]:
-    """Velocity and acceleration at the start, checked against the limits."""
-    v = as_point(np.zeros(n) if velocity is None else velocity, "start_velocity", n)
-    a = as_point(np.zeros(n) if acceleration is None else acceleration, "start_acceleration", n)
-    for name, state, norm in zip(("velocity", "acceleration"), (v, a), limits.norms, strict=False):
-        size = float(np.linalg.norm(state))
-        if size > norm * (1.0 + LIMIT_TOL):
-            raise QueryError(f"start_{name} is {size:.6g} in all; the limit is {norm:g}")
-    v_max, a_max, j_max = limits.per_axis(n)
-    # Jerk needs |a| / j to end the acceleration, which adds a|a| / 2j to the velocity.
-    peak = np.maximum(np.abs(v), np.abs(v + a * np.abs(a) / (2.0 * j_max)))
-    for name, value, bound in (
-        ("acceleration", np.abs(a), a_max),
-        ("velocity, or the velocity that start_acceleration leads to,", peak, v_max),
-    ):
-        axis = int(np.argmax(value / bound))
-        if value[axis] > bound[axis] * (1.0 + LIMIT_TOL):
-            raise QueryError(
-                f"start_{name} is {value[axis]:.6g} on axis {axis}; the limit is {bound[axis]:g}"
-            )
-    return v, a
