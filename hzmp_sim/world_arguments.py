@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from hzmp_planners.errors import QueryError
+from hzmp_sim.motion.script import Goal, MotionScript
 from hzmp_sim.scene.body_shape import ShapeChoice
 from hzmp_sim.scene.decomposition.settings import ConvexDecomposition
 from hzmp_sim.settings import RunSettings
@@ -18,6 +20,28 @@ if TYPE_CHECKING:
     from hzmp_sim.scene import Scene
 
 Coordinates = Annotated[tuple[float, ...] | None, Parameter(consume_multiple=True, negative=())]
+
+
+def _positions(type_: Any, tokens: Sequence[Token]) -> tuple[tuple[float, ...], ...]:
+    """One position for each time that the flag is given."""
+    del type_
+    found: list[list[float]] = []
+    for token in tokens:
+        if token.index == 0:
+            found.append([])
+        try:
+            found[-1].append(float(token.value))
+        except ValueError as error:
+            raise QueryError(
+                f"--goal must be 2 or 3 numbers, X Y [Z], got {token.value!r}"
+            ) from error
+    return tuple(tuple(position) for position in found)
+
+
+Positions = Annotated[
+    tuple[tuple[float, ...], ...] | None,
+    Parameter(consume_multiple=True, negative=(), converter=_positions),
+]
 Switch = Annotated[bool, Parameter(negative=())]
 
 _DEFAULT_COACD = ConvexDecomposition()
@@ -31,7 +55,8 @@ class World:
     Attributes:
         body: point or quadrotor (attached to the world), or the name of a body of the world.
         start: position of the body's centre, X Y [Z] [m]; default: the site "start".
-        goal: position of the body's centre, X Y [Z] [m]; default: the site "goal".
+        goal: position of the body's centre, X Y [Z] [m]; default: the site "goal". Given several
+            times: goals in a row, for `run`.
         workspace: box that bounds the whole body, lower then upper corner [m].
         clearance: distance to keep from every obstacle [m]; default 0.05; auto (of a run):
             1.5 times the largest tracking error of test flights among no obstacles.
@@ -48,7 +73,7 @@ class World:
 
     body: str | None = None
     start: Coordinates = None
-    goal: Coordinates = None
+    goal: Positions = None
     workspace: Coordinates = None
     clearance: float | Literal["auto"] | None = None
     tolerance: float | None = None
@@ -79,11 +104,12 @@ class World:
             raise QueryError("--clearance auto takes test flights: it is for `hzmp-sim run`")
         if self.coacd != _DEFAULT_COACD and not self.convex_decomposition:
             raise QueryError("--coacd.* says how to cut meshes: give --convex-decomposition, too")
-        return load_scene(
+        first, *others = self.goal or (None,)
+        scene = load_scene(
             path,
             self.body,
             self.start,
-            self.goal,
+            first,
             corners,
             self.clearance,
             self.tolerance,
@@ -93,6 +119,12 @@ class World:
             max_tilt=self.max_tilt,
             motion=self.motion,
         )
+        if not others:
+            return scene
+        # What the motion script has comes after them.
+        script = scene.motion or MotionScript()
+        goals = [Goal(position=one) for one in others if one is not None]
+        return replace(scene, motion=replace(script, goals=[*goals, *script.goals]))
 
     def with_clearance(self, path: str, settings: RunSettings) -> World:
         """The same with a number for the clearance, measured if it is to be found."""

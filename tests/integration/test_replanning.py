@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import exit_code
 
 import hzmp_sim as hz
 from hzmp_sim.replanning.pilot import Pilot
@@ -165,3 +166,14 @@ def test_planning_from_rest_only_is_slower() -> None:
     assert resting.log is not None
     assert resting.metrics["collision_steps"] == 0
     assert moving.log.time[-1] < 0.9 * resting.log.time[-1]
+
+
+def test_goals_of_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "yard.xml"
+    file.write_text(YARD.format(half=0.5), encoding="utf-8")
+    goals = ("--goal", "3", "1.5", "--goal", "-3", "-1.5")
+    assert exit_code("run", str(file), *goals, "--no-video", "--out", str(tmp_path / "run")) == 0
+    m = json.loads((tmp_path / "run" / "metrics.json").read_text(encoding="utf-8"))
+    assert m["goals_reached"] == 2
+    assert exit_code("run", str(file), "--goal", "3", "here") == 2
+    assert "--goal must be 2 or 3 numbers" in capsys.readouterr().err
