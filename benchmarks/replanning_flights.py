@@ -10,6 +10,7 @@ predictions that do not hold, since half of the motions are not announced and tu
 from __future__ import annotations
 
 import os
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -82,7 +83,10 @@ def main(*, flights: int = 48, others: int = 16, processes: int | None = None) -
             ratio = np.mean([times[key] for key in both]) / np.mean([usual[key] for key in both])
             touched = [m for m in found if m["collision_steps"]]
             predicted = sum(any(c["predicted"] for c in m["contacts"].values()) for m in touched)
-            latency = [m["replan_latency_ms"] for m in found]
+            for case, m in zip(cases, found, strict=True):
+                if m["status"] != "goal_reached":
+                    print(f"{case}: {m['status']} {m['planner_failure']}", file=sys.stderr)
+            latency = [m["replan_latency_ms"] for m in found if m["plans_asked"]]
             print(
                 f"| {name} | {count} | {len(times)} | {len(touched)} | {predicted} | "
                 f"{sum(m['unproved_s'] for m in found):.2f} | "

@@ -149,6 +149,7 @@ class _Stage:
         self.line = 0.002 * float(np.linalg.norm(hi - lo))
         self._path = run.scene.to_world(run.plan.waypoints) if len(run.plan.waypoints) else None
         pose_at_start(run.scene, self._data)
+        mujoco.mj_forward(self._model, self._data)
         seen = run.scene.to_world(np.array([run.scene.start, run.scene.goal]))
         if self._path is not None:
             seen = np.vstack([seen, self._path])

@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from hzmp_sim.output import RenderingUnavailable, opengl
+from hzmp_sim.output import opengl
+from hzmp_sim.output.opengl import RenderingUnavailable
 
 Python = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 
 from hzmp_planners.planning import PlanStatus
-from hzmp_sim.output import VideoError, opengl, write_run
+from hzmp_sim.output import opengl
 from hzmp_sim.output.figures import write_figures
 from hzmp_sim.output.report import write_report
-from hzmp_sim.output.video import frame_count, playback_speed, render_frame, write_video
+from hzmp_sim.output.video import VideoError, frame_count, playback_speed, render_frame, write_video
+from hzmp_sim.output.write import write_run
 from hzmp_sim.run import Run
 
 
