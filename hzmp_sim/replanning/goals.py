@@ -42,6 +42,7 @@ class Goals:
         self._stations = list(stations)
         self._changes = sorted(changes, key=lambda change: change[0])
         self._patrol, self._place, self._leaves = patrol, 0, math.inf
+        self._there = False
         self.reached = 0
         """How many."""
 
@@ -59,16 +60,17 @@ class Goals:
         """The goal at a simulated time [s], shape (n,) [m]; times do not go back."""
         if time >= self._leaves:
             self._place = (self._place + 1) % len(self._stations)
-            self._leaves = math.inf
+            self._leaves, self._there = math.inf, False
         while self._changes and time >= self._changes[0][0]:
             self._stations[self._place] = self._changes.pop(0)[1]
-            self._leaves = math.inf
+            self._leaves, self._there = math.inf, False
         return self._stations[self._place].position
 
     def arrive(self, time: float) -> bool:
         """Say that the body rests at the goal; whether it was the last one."""
-        if self._leaves < math.inf:  # it stays for a while
+        if self._there:  # it stays for a while
             return False
+        self._there = True
         self.reached += 1
         if not self._patrol and self._place == len(self._stations) - 1 and not self._changes:
             return True

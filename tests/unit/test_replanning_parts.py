@@ -132,6 +132,17 @@ def test_goals_in_a_row_with_a_stay_and_a_change_of_mind() -> None:
     assert goals.reached == 2
 
 
+def test_a_goal_counts_once_while_a_change_of_mind_is_still_to_come() -> None:
+    goals = Goals([Station(np.zeros(2))], [(5.0, Station(np.ones(2)))])
+    for now in (1.0, 1.05, 1.1):
+        goals.now(now)
+        assert not goals.arrive(now)
+    assert goals.reached == 1
+    goals.now(5.0)
+    assert goals.arrive(6.0)
+    assert goals.reached == 2
+
+
 def test_patrol_goes_round() -> None:
     a, b = np.zeros(2), np.ones(2)
     goals = Goals([Station(a), Station(b)], patrol=True)
