@@ -20,6 +20,7 @@ import mujoco
 import numpy as np
 
 import hzmp_sim as hz
+from hzmp_sim.replanning.flown import resting
 from hzmp_sim.simulation.actuation import actuation_for
 from hzmp_sim.simulation.disturbance import Sensors
 from hzmp_sim.simulation.guide import reference_rows
@@ -111,12 +112,7 @@ def _lap(scene: hz.Scene, limits: hz.Limits) -> hz.Trajectory:
 def _rest(after: hz.Trajectory, pause: float) -> hz.Trajectory:
     """A stay at the end of a trajectory."""
     end = after.sample([after.duration]).position[0]
-    still = np.zeros((1, 4, len(end)))
-    still[0, 0] = end
-    owner = np.zeros(1, dtype=np.int64)
-    return hz.Trajectory(
-        np.array([0.0, pause]), still, owner, (after.cells[-1],), np.array([end, end]), after.limits
-    )
+    return resting(end, after.cells[-1], after.limits, pause)
 
 
 def _resident() -> float:

@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import QueryError
 from hzmp_sim.motion.checks import boolean, number, numbers
 from hzmp_sim.motion.paths import Callback, Circle, Path, Row, Swing
@@ -182,7 +181,3 @@ class MotionScript:
                 motion = replace(motion, offset=offset, speed=speed * motion.speed)
             moved.append(motion)
         return replace(self, motions=moved)
-
-    def goal_positions(self) -> list[Floats]:
-        """Positions of the goals, each (2,) or (3,) [m]."""
-        return [np.array(goal.position, dtype=np.float64) for goal in self.goals]

@@ -9,6 +9,7 @@ import numpy as np
 
 from hzmp_planners._arrays import Floats
 from hzmp_sim.scene import Scene
+from hzmp_sim.settings import RunSettings
 from hzmp_tracking import Trajectory
 from hzmp_tracking.smoothing import smooth_sample
 
@@ -40,8 +41,7 @@ class FixedGuide:
     Args:
         scene: which lifts the reference to the world.
         trajectory: in the scene's dimension, from time 0.
-        goal_tolerance: the body has arrived when it is this near [m].
-        settle_time: how long to wait for that [s].
+        settings: when the body has arrived, and how long to wait for that.
         smoothing: window over which the reference is smoothed [s], see `smooth_sample`.
     """
 
@@ -49,13 +49,13 @@ class FixedGuide:
         self,
         scene: Scene,
         trajectory: Trajectory,
-        goal_tolerance: float,
-        settle_time: float,
+        settings: RunSettings,
         smoothing: float,
     ) -> None:
-        self._scene, self._trajectory, self._tolerance = scene, trajectory, goal_tolerance
+        self._scene, self._trajectory = scene, trajectory
+        self._tolerance = settings.goal_tolerance
         self._smoothing = smoothing
-        self.longest = trajectory.duration + settle_time
+        self.longest = trajectory.duration + settings.settle_time
         self._rows: list[ReferenceRow] = []
         end = trajectory.sample(trajectory.duration).position
         self._goal = scene.to_world(end)[0]

@@ -97,13 +97,7 @@ def simulate(
         else:
             with _timed(timings, "time_parameterize"), busy("Timing the path"):
                 trajectory = time_parameterize(path.waypoints, path.cells(space), limits)
-            guide = FixedGuide(
-                scene,
-                trajectory,
-                settings.goal_tolerance,
-                settings.settle_time,
-                actuation.smoothing,
-            )
+            guide = FixedGuide(scene, trajectory, settings, actuation.smoothing)
             with _timed(timings, "simulate"), mujoco_warnings() as notes:
                 flight = _fly(scene, guide, actuation, settings, trajectory.duration)
         if flight.diverged:

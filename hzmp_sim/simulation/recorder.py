@@ -19,7 +19,7 @@ class Recorder:
         self._splits = np.cumsum([model.nq, 7 * model.nmocap, 3, 4, model.nu, 3])
         self._states = np.empty((_FIRST, int(self._splits[-1]) + 1))
         self._geoms = np.empty((_FIRST, 2), dtype=np.int64)
-        self._mocaps, self._controls, self._count = model.nmocap, model.nu, 0
+        self._mocaps, self._count = model.nmocap, 0
 
     def add(
         self,

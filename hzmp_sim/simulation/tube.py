@@ -54,13 +54,7 @@ def tracking_tube(scene: Scene, settings: RunSettings = _DEFAULTS) -> float:
         waypoints, cells = _course(scene, np.random.default_rng([settings.seed, number]))
         trajectory = time_parameterize(waypoints, cells, limits)
         seeded = replace(settings, seed=settings.seed + number)
-        guide = FixedGuide(
-            scene,
-            trajectory,
-            settings.goal_tolerance,
-            settings.settle_time,
-            actuation.smoothing,
-        )
+        guide = FixedGuide(scene, trajectory, settings, actuation.smoothing)
         flight = fly(empty, guide, actuation, seeded, lambda _: None)
         worst = max(worst, float(flight.log.tracking_error.max()))
     return worst
