@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners.sets import Polytope
+from hzmp_sim.motion.hulls import Hulls
 from hzmp_sim.motion.prediction import Broken
 from hzmp_sim.motion.source import Slabs
 
@@ -37,27 +37,31 @@ class MovingBoxes:
         rate = 2.0 * np.pi / self.periods[:, None]
         return self.centres + self.velocities / rate * np.sin(rate * t)
 
-    def hulls(self, start: Floats, end: Floats) -> list[Polytope | None]:
-        found: list[Polytope | None] = []
+    def hulls(self, start: Floats, end: Floats) -> Hulls:
+        b = []
         for i, (begin, last) in enumerate(zip(start, end, strict=True)):
             low, high = self._bounds(np.linspace(begin, last, 12))
-            found.append(Polytope.from_box(low[i], high[i]))
-        return found
+            b.append(np.concatenate([high[i], -low[i]]))
+        return Hulls(self._normals, np.array(b))
 
     boxes = hulls
 
     def slabs(self, start: float, step: float, count: int) -> Slabs:
-        n = self.centres.shape[1]
-        A = np.broadcast_to(np.vstack([np.eye(n), -np.eye(n)]), (len(self.centres), 2 * n, n))
         rows = []
         for k in range(count):
             low, high = self._bounds(np.linspace(start + k * step, start + (k + 1) * step, 5))
             rows.append(np.concatenate([high, -low], axis=1))
-        return Slabs(A, np.array(rows), start, step)
+        return Slabs(self._normals, np.array(rows), start, step)
 
     def broken(self, data: mujoco.MjData, time: float) -> list[Broken]:
         del data, time
         return []
+
+    @property
+    def _normals(self) -> Floats:
+        """Of the boxes, (boxes, 2 n, n)."""
+        n = self.centres.shape[1]
+        return np.broadcast_to(np.vstack([np.eye(n), -np.eye(n)]), (len(self.centres), 2 * n, n))
 
     def _bounds(self, times: Floats) -> tuple[Floats, Floats]:
         places = self.places(times)

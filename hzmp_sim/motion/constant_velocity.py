@@ -14,9 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hzmp_planners._arrays import Bools, Floats
+from hzmp_planners._arrays import Floats
 from hzmp_sim.motion.observation import Observation
-from hzmp_sim.motion.template import Template
+from hzmp_sim.motion.template import Template, of_no_concern
 from hzmp_sim.scene.scene import Scene
 
 
@@ -62,14 +62,14 @@ class ConstantVelocity:
 
     def windows(self, start: Floats, end: Floats) -> Floats:
         found = np.maximum(self._bounds(start[None])[0], self._bounds(end[None])[0])
-        found[self._away(found)] = -np.inf
+        found[of_no_concern(found, self._least)] = -np.inf
         return np.asarray(found)
 
-    def slabs(self, start: float, step: float, count: int) -> Floats:
-        times: Floats = start + step * np.arange(count + 1, dtype=np.float64)
+    def slabs(self, step: float, first: int, count: int) -> Floats:
+        times: Floats = step * np.arange(first, first + count + 1, dtype=np.float64)
         ends = self._bounds(np.repeat(times[:, None], len(self.rows), axis=1))
         found = np.maximum(ends[:-1], ends[1:])
-        found[self._away(found)] = -np.inf
+        found[of_no_concern(found, self._least)] = -np.inf
         return np.asarray(found)
 
     def way(self, start: Floats, end: Floats) -> Floats:
@@ -90,10 +90,6 @@ class ConstantVelocity:
 
     def _since(self, times: Floats) -> Floats:
         return np.maximum(times - self.time, 0.0)
-
-    def _away(self, bounds: Floats) -> Bools:
-        """Whether geoms with grown bounds (..., i, P) are of no concern, (..., i)."""
-        return np.asarray((bounds <= self._least + 1e-9).any(axis=-1))
 
 
 def _centripetal(corners: Floats, velocity: Floats) -> Floats:

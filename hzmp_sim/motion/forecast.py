@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners.sets import Polytope
+from hzmp_sim.motion.hulls import Hulls
 from hzmp_sim.motion.source import Slabs
 
 if TYPE_CHECKING:
@@ -23,16 +23,16 @@ class Forecast(Protocol):
         """Their ids."""
         ...
 
-    def hulls(self, start: Floats, end: Floats) -> list[Polytope | None]:
+    def hulls(self, start: Floats, end: Floats) -> Hulls:
         """Where the centre could touch each geom at any time in a window of its own, (g,) [s]."""
         ...
 
-    def boxes(self, start: Floats, end: Floats) -> list[Polytope | None]:
+    def boxes(self, start: Floats, end: Floats) -> Hulls:
         """The same, larger but of fewer facets."""
         ...
 
     def slabs(self, start: float, step: float, count: int) -> Slabs:
-        """The same for each slab of time."""
+        """The same for slabs of time on a grid, from one that holds `start` or begins there."""
         ...
 
     def broken(self, data: mujoco.MjData, time: float) -> list[Broken]:
@@ -61,10 +61,10 @@ class NothingMoves:
         del data, time
         return self
 
-    def hulls(self, start: Floats, end: Floats) -> list[Polytope | None]:
+    def hulls(self, start: Floats, end: Floats) -> Hulls:
         """See `Forecast`."""
         del start, end
-        return []
+        return Hulls.none(self._n)
 
     boxes = hulls
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
@@ -11,8 +12,8 @@ import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats
 from hzmp_planners.errors import QueryError
-from hzmp_planners.sets import Polytope
 from hzmp_sim.motion.constant_velocity import ConstantVelocity
+from hzmp_sim.motion.hulls import Hulls
 from hzmp_sim.motion.observation import Observation, Observer
 from hzmp_sim.motion.resolve import driven_bodies
 from hzmp_sim.motion.scripted import Scripted
@@ -25,6 +26,8 @@ _CHORDS = 0.05  # a plane along the way is left out when its normal is so near o
 _Ask = Callable[[Source, list[int]], Floats]
 _MOST_CUTS = {2: 4, 3: 6}
 """Planes of a hull beyond those of its box: each may cut the free space into one more leaf."""
+_LOOK_AHEAD = 8.0  # [s]
+_GRID_TOL = 1e-9  # of a slab: a time so near before its beginning counts as that
 _SHORT = 1e-3  # [m] a way shorter than this has no direction
 
 
@@ -62,11 +65,21 @@ class Predictor:
         self.sweep = Sweep(scene)
         self.observer = Observer(scene, self.sweep.points)
         self._unknown = _unannounced(scene)
+        self._look_ahead(0.0)
 
     def predict(self, data: mujoco.MjData, time: float) -> Prediction:
         """The prediction at a time [s], from what is seen in `data` (kinematics up to date)."""
         seen = self.observe(data, time)
+        self._look_ahead(time)
         return Prediction(self, seen, self._unknown)
+
+    def _look_ahead(self, time: float) -> None:
+        """Have the tape ready that predictions made at a time [s] usually ask for.
+
+        So that its cost is spread over all of them.
+        """
+        end = np.array([time + _LOOK_AHEAD])
+        self.sweep.intervals(end, end)
 
     def observe(self, data: mujoco.MjData, time: float) -> Observation:
         """See the geoms at a time [s]: the velocities are means since they were last seen."""
@@ -114,7 +127,7 @@ class Prediction:
             )
             self._sources.append(self._seen)
 
-    def hulls(self, start: Floats, end: Floats) -> list[Polytope | None]:
+    def hulls(self, start: Floats, end: Floats) -> Hulls:
         """Where the body's centre could touch each geom at any time in a window of its own.
 
         Args:
@@ -132,7 +145,7 @@ class Prediction:
         if (finish < begin).any():
             raise QueryError("a window ends before it starts")
         if not self.geoms:
-            return []
+            return Hulls.none(self._scene.n)
         offsets = self._gather(lambda source, rows: source.windows(begin[rows], finish[rows]))
         normals = self._template.normals
         count = normals.shape[1]
@@ -144,35 +157,29 @@ class Prediction:
         allowed = np.ones(offsets.shape, dtype=np.bool_)
         allowed[:, :count] = self._template.own | turns[:, None]
         kept = self._cutting(normals, offsets, allowed)
-        return [
-            Polytope.from_halfspaces(normals[i, kept[i]], offsets[i, kept[i]])
-            if offsets[i, 0] > -np.inf
-            else None
-            for i in range(len(self.geoms))
-        ]
+        there = offsets[:, :1] > -np.inf
+        return Hulls(normals, np.where(there, np.where(kept, offsets, np.inf), -np.inf))
 
-    def boxes(self, start: Floats, end: Floats) -> list[Polytope | None]:
+    def boxes(self, start: Floats, end: Floats) -> Hulls:
         """The same as boxes along the sides of the geoms: larger, but quickly cut out."""
         n = self._scene.n
         begin, finish = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
         if not self.geoms:
-            return []
+            return Hulls.none(n)
         offsets = self._gather(lambda source, rows: source.windows(begin[rows], finish[rows]))
-        frames = self._template.normals[:, : 2 * n]
+        frames, offsets = self._template.normals[:, : 2 * n], offsets[:, : 2 * n]
         signs = np.array(list(product((0, 1), repeat=n))) + 2 * np.arange(n)
-        there = offsets[:, 0] > -np.inf
-        sides = np.where(there[:, None], offsets[:, : 2 * n], 0.0)
+        sides = np.where(offsets > -np.inf, offsets, 0.0)
         vertices = (sides[:, signs] * np.where(signs % 2, -1.0, 1.0)) @ frames[:, ::2]
-        return [
-            Polytope.from_both_forms(frames[i], sides[i], vertices[i]) if there[i] else None
-            for i in range(len(self.geoms))
-        ]
+        return Hulls(frames, offsets, vertices)
 
     def slabs(self, start: float, step: float, count: int) -> Slabs:
         """The same for each slab of time, with more facets.
 
+        Slabs lie on a grid: the first begins at the last multiple of `step` until `start`.
+
         Args:
-            start: when the first begins, in simulated time [s].
+            start: simulated time [s].
             step: how long each is [s], positive.
             count: how many there are.
         """
@@ -180,10 +187,11 @@ class Prediction:
             raise QueryError(f"slabs need a positive step and count, got {step} s and {count}")
         normals = self._template.normals
         planes = self._template.growth.shape[1]
+        first = math.floor(start / step + _GRID_TOL)
         b = np.full((count, len(self.geoms), planes), -np.inf)
         for source in self._sources:
-            b[:, list(source.rows)] = source.slabs(start, step, count)
-        return Slabs(normals, b[:, :, : normals.shape[1]], start, step)
+            b[:, list(source.rows)] = source.slabs(step, first, count)
+        return Slabs(normals, b[:, :, : normals.shape[1]], first * step, step)
 
     def broken(self, data: mujoco.MjData, time: float) -> list[Broken]:
         """The geoms that at a time [s] are not where this prediction had them."""

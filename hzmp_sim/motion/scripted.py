@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hzmp_planners._arrays import Bools, Floats
+from hzmp_planners._arrays import Floats
 from hzmp_sim.motion.sweep import Sweep
+from hzmp_sim.motion.template import of_no_concern
 from hzmp_sim.scene.scene import Scene
 
 
@@ -32,32 +33,14 @@ class Scripted:
         found = np.empty(self._growth.shape)
         for i, (row, a, z) in enumerate(zip(self.rows, first.tolist(), last.tolist(), strict=True)):
             if self._sweep.jumps[row, a : z - 1].any():
-                found[i] = self._pieces(i, a, z)
+                found[i] = self._sweep.bounds_of_jumper(row, a, z)
             else:
-                found[i] = self._sweep.bounds[row, a:z].max(axis=0)
-        found += self._growth
-        found[self._away(found)] = -np.inf
+                found[i] = self._sweep.bounds[row, a:z].max(axis=0) + self._growth[i]
+        found[of_no_concern(found, self._least)] = -np.inf
         return found
 
-    def slabs(self, start: float, step: float, count: int) -> Floats:
-        begins: Floats = start + step * np.arange(count, dtype=np.float64)
-        first, last = self._sweep.intervals(begins, begins + step)
-        low, high = int(first[0]), int(last[-1])
-        bounds = self._sweep.bounds[self._index, low:high]
-        # Overlapping runs: from each first to its last, what lies between last and next is dropped.
-        runs = np.column_stack([first, last]).ravel() - low
-        padded = np.concatenate([bounds, bounds[:, -1:]], axis=1)
-        found = np.maximum.reduceat(padded, runs, axis=1)[:, ::2].transpose(1, 0, 2)
-        found = found + self._growth
-        away = self._away(found)
-        jumps = self._sweep.jumps[self._index, low:high]
-        for i in np.flatnonzero(jumps.any(axis=1)).tolist():
-            for k, (a, z) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
-                if jumps[i, a - low : z - 1 - low].any():
-                    found[k, i] = self._pieces(i, a, z) + self._growth[i]
-                    away[k, i] = not np.isfinite(found[k, i]).all()
-        found[away] = -np.inf
-        return np.asarray(found)
+    def slabs(self, step: float, first: int, count: int) -> Floats:
+        return self._sweep.slab_grid(step).slabs(first, count)[:, self._index]
 
     def way(self, start: Floats, end: Floats) -> Floats:
         first, last = self._sweep.intervals(start, end)
@@ -78,17 +61,3 @@ class Scripted:
             off = float(self._sweep.deviation[row, a:z].max()) + self._radius[i]
             found[i] = centre + corners + off
         return found
-
-    def _away(self, bounds: Floats) -> Bools:
-        """Whether geoms with grown bounds (..., i, P) are of no concern, (..., i)."""
-        return np.asarray((bounds <= self._least + 1e-9).any(axis=-1))
-
-    def _pieces(self, i: int, first: int, last: int) -> Floats:
-        """Bounds of a geom that jumps: of what is before and after, as far as it is of concern."""
-        row = self.rows[i]
-        bounds = self._sweep.bounds[row, first:last]
-        ends = np.flatnonzero(self._sweep.jumps[row, first : last - 1]) + 1
-        pieces = [piece.max(axis=0) for piece in np.split(bounds, ends)]
-        grown = np.array(pieces) + self._growth[i]
-        near = ~(grown <= self._least[i] + 1e-9).any(axis=1)
-        return np.asarray(np.max(np.array(pieces)[near], axis=0, initial=-np.inf))

@@ -18,7 +18,7 @@ _BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL,
 
 
 class Shadow:
-    """A copy of a scene's world, run ahead step by step.
+    """A copy of a scene's world, run ahead.
 
     The flown body touches nothing in it and is held where it starts, so that it is the same
     whatever is flown. Only announced motions are applied.
@@ -53,17 +53,24 @@ class Shadow:
         self.steps = 0
         self._settle()
 
-    def step(self) -> None:
-        """One physics step on."""
+    def advance(self, steps: int) -> None:
+        """Some physics steps on."""
         if self._moves_freely:
-            mujoco.mj_step(self.model, self.data)
-            if any(self.data.warning[int(kind)].number for kind in _BAD):
-                raise SceneError(
-                    f"the bodies of this world fly apart after {self.data.time:.3g} s without the "
-                    "flown one: MuJoCo finds no finite state (see its timestep, masses and joints)"
-                )
-            self.data.qpos[self._qpos] = self._initial[self._qpos]
-            self.data.qvel[self._dofs] = 0.0
+            for _ in range(steps):
+                self._step()
+        else:
+            self.steps += steps
+            self._settle()
+
+    def _step(self) -> None:
+        mujoco.mj_step(self.model, self.data)
+        if any(self.data.warning[int(kind)].number for kind in _BAD):
+            raise SceneError(
+                f"the bodies of this world fly apart after {self.data.time:.3g} s without the "
+                "flown one: MuJoCo finds no finite state (see its timestep, masses and joints)"
+            )
+        self.data.qpos[self._qpos] = self._initial[self._qpos]
+        self.data.qvel[self._dofs] = 0.0
         self.steps += 1
         self._settle()
 

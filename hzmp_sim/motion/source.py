@@ -16,7 +16,7 @@ class Slabs:
     """
 
     A: Floats
-    """Unit normals, shape (g, F, n)."""
+    """Unit normals, shape (g, F, n); the first 2n are those of a box."""
     b: Floats
     """Offsets [m], shape (count, g, F); -inf where a geom stays out of the bounds and heights."""
     start: float
@@ -38,8 +38,11 @@ class Source(Protocol):
         """
         ...
 
-    def slabs(self, start: float, step: float, count: int) -> Floats:
-        """Bounds (count, i, P) [m] for each time slab; -inf for a geom that is of no concern."""
+    def slabs(self, step: float, first: int, count: int) -> Floats:
+        """Bounds (count, i, P) [m] for each slab of time; -inf for a geom that is of no concern.
+
+        They are `step` [s] long each; that with number k begins at k steps.
+        """
         ...
 
     def way(self, start: Floats, end: Floats) -> Floats:

@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
+from hzmp_sim.motion.slab_grid import SlabGrid
 from hzmp_sim.motion.tape import Tape
-from hzmp_sim.motion.template import Template
+from hzmp_sim.motion.template import Template, of_no_concern
 from hzmp_sim.scene.scene import Scene
 
 _JUMP = 0.02  # [m] a step shorter than this is no jump,
@@ -48,6 +49,7 @@ class Sweep:
         self._jumps = np.empty((m, 64), dtype=np.bool_)
         self._turns = np.empty((m, 64), dtype=np.int64)
         self._count = 0
+        self._grids: dict[float, SlabGrid] = {}
 
     @property
     def bounds(self) -> Floats:
@@ -83,6 +85,24 @@ class Sweep:
         self._extend(int(last.max(initial=0)))
         return first, last
 
+    def slab_grid(self, step: float) -> SlabGrid:
+        """Bounds over slabs of time of that length [s]."""
+        if step not in self._grids:
+            self._grids[step] = SlabGrid(self, step)
+        return self._grids[step]
+
+    def bounds_of_jumper(self, row: int, first: int, last: int) -> Floats:
+        """Grown bounds (P,) [m] of a geom that jumps in some of these intervals.
+
+        Of what is before and after, as far as that is of concern; -inf if nothing is.
+        """
+        bounds, template = self.bounds[row, first:last], self.template
+        ends = np.flatnonzero(self.jumps[row, first : last - 1]) + 1
+        pieces = np.array([piece.max(axis=0) for piece in np.split(bounds, ends)])
+        pieces += template.growth[row]
+        near = ~of_no_concern(pieces, template.least[row])
+        return np.asarray(np.max(pieces[near], axis=0, initial=-np.inf))
+
     def corners(self, first: int, last: int) -> Floats:
         """The geoms' points in the world at poses first to last - 1, (last - first, m, V, 3)."""
         turned = np.einsum("kmij,mvj->kmvi", self.tape.axes[first:last], self.points)
@@ -100,9 +120,10 @@ class Sweep:
         steps = np.diff(corners, axis=0)
         if first == done:
             steps = np.concatenate([steps[:1], steps])
-        supports = self._supports(corners[done - first :])
-        turned = np.diff(self.tape.axes[done : count + 1], axis=0)
+        turned = np.diff(self.tape.axes[done : count + 2], axis=0)
         turned = (np.abs(turned).max(axis=(2, 3)) > 0.0) & self._has_sides
+        supports = self._supports(done, count + 2, turned.any(axis=0))
+        turned = turned[:-1]
         self._reserve(count)
         deviation, jumps = _deviations(steps, at_start=first == done)
         new = slice(done, count)
@@ -115,12 +136,17 @@ class Sweep:
         self._turns[:, new] = (before + turned.cumsum(axis=0)).T
         self._count = count
 
-    def _supports(self, corners: Floats) -> Floats:
-        """Supports (k, m, T, P) [m] of geoms with corners (k, m, V, 3)."""
+    def _supports(self, first: int, last: int, turn: Bools) -> Floats:
+        """Supports (k, m, T, P) [m] of the geoms at poses first to last - 1; some (m,) turn."""
         m, slopes, planes, _ = self.template.lifted.shape
         directions = self.template.lifted.reshape(m, slopes * planes, 3).transpose(0, 2, 1)
-        found = (corners @ directions).max(axis=2).reshape(-1, m, slopes, planes)
-        return np.asarray(found + self.template.offsets)
+        positions, axes = self.tape.positions[first:last], self.tape.axes[first:last]
+        found = (positions.transpose(1, 0, 2) @ directions).transpose(1, 0, 2)
+        # What does not turn has the same sides at each pose.
+        for items, poses in ((~turn, slice(1)), (turn, slice(None))):
+            corners = np.einsum("kmij,mvj->kmvi", axes[poses, items], self.points[items])
+            found[:, items] += (corners @ directions[items]).max(axis=2)
+        return np.asarray(found.reshape(-1, m, slopes, planes) + self.template.offsets)
 
     def _reserve(self, count: int) -> None:
         while self._bounds.shape[1] < count:

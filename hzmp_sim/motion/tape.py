@@ -14,8 +14,6 @@ GRID = 0.004
 """Time between two poses [s], to whole physics steps: a point at 4 m/s^2 is then never farther than
 8 um from the chord between two of them."""
 
-_AHEAD = 0.25  # [s] recorded at once, so that arrays are not grown for single poses
-
 
 class Tape:
     """Poses of the moving geoms of a scene, as the script and MuJoCo's dynamics will have them.
@@ -58,10 +56,9 @@ class Tape:
         """Record as far as time t [s], at the least."""
         if t <= (self._count - 1) * self.step:
             return
-        wanted = math.ceil((t + _AHEAD) / self.step) + 1
+        wanted = math.ceil(t / self.step) + 1
         while self._count < wanted:
-            for _ in range(self._stride):
-                self._shadow.step()
+            self._shadow.advance(self._stride)
             self._record()
 
     def at(self, t: float) -> tuple[Floats, Floats]:

@@ -65,6 +65,14 @@ class Template:
         return cls(normals, own, lifted, offsets, grow, least)
 
 
+def of_no_concern(bounds: Floats, least: Floats) -> Bools:
+    """Whether geoms with grown bounds (..., m, P) stay below the least (m, P) of some plane [m].
+
+    Shape (..., m): they are out of the bounds of the centre, or of a planar body's heights.
+    """
+    return np.asarray((bounds <= least + 1e-9).any(axis=-1))
+
+
 def growth(scene: Scene, normals: Floats) -> Floats:
     """How much farther out the grown body puts planes with these normals (m, F, n); (m, F) [m].
 

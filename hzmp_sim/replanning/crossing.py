@@ -3,49 +3,47 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners.sets import Polytope
+from hzmp_sim.motion.hulls import Hulls
 
 _TOUCH = 1e-9  # [m] a polyline that goes no deeper runs along the obstacle
 
 
-def crossed(waypoints: Floats, obstacles: Sequence[Polytope | None]) -> tuple[list[int], float]:
+def crossed(waypoints: Floats, obstacles: Hulls) -> tuple[list[int], float]:
     """Numbers of the obstacles whose interior a polyline meets, and how far it comes before [m].
 
     Args:
         waypoints: shape (k + 1, n) [m].
-        obstacles: convex sets; None where there is none.
+        obstacles: convex sets.
 
     Returns:
         The numbers in ascending order, and the length of the polyline until it first enters one;
         inf if it enters none.
     """
+    count, facets, n = obstacles.A.shape
     begins, moves = waypoints[:-1], np.diff(waypoints, axis=0)
+    normals = obstacles.A.reshape(-1, n).T
+    # One row for each segment and obstacle.
+    room = obstacles.b.ravel() - _TOUCH - begins @ normals
+    room = room.reshape(len(moves), count, facets)
+    rates = (moves @ normals).reshape(room.shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = room / rates
+    # Inside of a facet before the share where the way leaves it, after that where it enters.
+    leave = np.where(rates > 0.0, shares, math.inf).min(axis=2)
+    enter = np.where(rates < 0.0, shares, -math.inf).max(axis=2)
+    never = ((rates == 0.0) & (room <= 0.0)).any(axis=2)
+    enter, leave = np.maximum(enter, 0.0), np.minimum(leave, 1.0)
+    meets = (enter < leave) & ~never
+    if not meets.any():
+        return [], math.inf
     lengths = np.linalg.norm(moves, axis=1)
-    before = np.concatenate([[0.0], lengths.cumsum()])
-    found: list[int] = []
-    reached = math.inf
-    for number, obstacle in enumerate(obstacles):
-        if obstacle is None:
-            continue
-        room = obstacle.b - _TOUCH - begins @ obstacle.A.T
-        rates = moves @ obstacle.A.T
-        with np.errstate(divide="ignore", invalid="ignore"):
-            shares = room / rates
-        # Inside of a facet before the share where the way leaves it, after that where it enters.
-        leave = np.where(rates > 0.0, shares, math.inf).min(axis=1)
-        enter = np.where(rates < 0.0, shares, -math.inf).max(axis=1)
-        never = ((rates == 0.0) & (room <= 0.0)).any(axis=1)
-        enter, leave = np.maximum(enter, 0.0), np.minimum(leave, 1.0)
-        rows = np.flatnonzero((enter < leave) & ~never)
-        if rows.size:
-            found.append(number)
-            reached = min(reached, float(before[rows[0]] + enter[rows[0]] * lengths[rows[0]]))
-    return found, reached
+    before = np.concatenate([[0.0], lengths.cumsum()])[:-1]
+    reached = (before[:, None] + enter * lengths[:, None])[meets]
+    return np.flatnonzero(meets.any(axis=0)).tolist(), float(reached.min())
 
 
 def shortened(waypoints: Floats, length: float) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -12,18 +12,18 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan
-from hzmp_planners.sets import Polytope
 from hzmp_sim.replanning.candidates import ALL_SHARES, Dynamics, along, stopping
 from hzmp_sim.replanning.commitment import Commitment, State
 from hzmp_sim.replanning.crossing import crossed
 from hzmp_sim.replanning.proof import Conflict, first_conflict
 from hzmp_sim.replanning.refuges import refuges
-from hzmp_sim.replanning.routes import route
+from hzmp_sim.replanning.routes import Router
 from hzmp_sim.replanning.sweeps import Sweeps
 from hzmp_sim.settings import Replanning
 
 if TYPE_CHECKING:
     from hzmp_sim.motion.forecast import Forecast
+    from hzmp_sim.motion.hulls import Hulls
     from hzmp_sim.motion.source import Slabs
 
 Reason = Literal["onward", "opened", "approach", "threat", "wait"]
@@ -70,13 +70,13 @@ class Pilot:
 
     def __init__(self, space: FreeSpace, dynamics: Dynamics, settings: Replanning) -> None:
         self._space, self._dynamics, self._settings = space, dynamics, settings
-        self._known: Floats | None = None
+        self._router = Router(space)
         self._waited = False
 
     def rehearse(self, start: Floats, goal: Floats) -> None:
         """Plan once in vain: what is made once, is made before the flight."""
         still = State(start, np.zeros_like(start), np.zeros_like(start))
-        found = route(self._space, start, goal)
+        found = self._router.static(start, goal)
         if found is not None and found.found:
             next(along(found, still, 0.0, self._dynamics), None)
 
@@ -97,12 +97,11 @@ class Pilot:
         slabs = ahead.until(effect + self._settings.horizon)
         sweeps = Sweeps(prediction, slabs, state.position, self._dynamics.speed)
         swept = sweeps.around(goal, closely=False)
-        found = route(self._space, state.position, goal, swept, self._known)
+        found = self._router.route(state.position, goal, swept)
         if found is None or not found.found:
             swept = sweeps.around(goal, closely=True)
-            found = route(self._space, state.position, goal, swept, self._known)
+            found = self._router.route(state.position, goal, swept)
         plan = found.plan if found else None
-        self._known = found.plan.waypoints if found and found.found else None
         if found and found.found:
             # With time left on a way that is proved, a second try can wait for the next plan.
             known = _Known(effect, state.position, found.plan.cost)
@@ -169,7 +168,7 @@ class Pilot:
         effect: float,
         current: Commitment,
         goal: Floats,
-        swept: Sequence[Polytope | None],
+        swept: Hulls,
         slabs: Slabs,
         conflict: Conflict | None,
     ) -> Iterator[Commitment]:
@@ -177,7 +176,7 @@ class Pilot:
         state, dynamics = current.state(effect), self._dynamics
         if conflict is not None:
             yield from stopping(self._space, state, effect, dynamics, current.remaining)
-        static = route(self._space, state.position, goal)
+        static = self._router.static(state.position, goal)
         if static is not None and static.found:
             free = crossed(static.plan.waypoints, swept)[1] - _BEFORE
             if free > _NEAR:
@@ -185,7 +184,7 @@ class Pilot:
         if conflict is None:
             return
         for point in refuges(self._space, slabs, state.position, _REFUGES):
-            away = route(self._space, state.position, point, swept)
+            away = self._router.aside(state.position, point, swept)
             if away is not None and away.found:
                 left = float(np.linalg.norm(goal - point))
                 for candidate in along(away, state, effect, dynamics):
@@ -214,9 +213,9 @@ class Ahead:
 
     def until(self, end: float) -> Slabs:
         """The slabs up to a time [s]."""
-        count = max(1, math.ceil((end - self.start) / _SLAB - 1e-9))
+        count = max(1, math.ceil((end - self._slabs.start) / _SLAB - 1e-9))
         while len(self._slabs.b) < count:
-            begin = self.start + _SLAB * len(self._slabs.b)
+            begin = self._slabs.start + _SLAB * len(self._slabs.b)
             more = self._prediction.slabs(begin, _SLAB, _BLOCK)
             self._slabs = replace(self._slabs, b=np.concatenate([self._slabs.b, more.b]))
         return replace(self._slabs, b=self._slabs.b[:count])

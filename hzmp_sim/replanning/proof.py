@@ -69,10 +69,24 @@ def _unproved(points: Floats, slabs: Slabs, slab: Ints) -> Bools:
 
     `points` are Bezier points, shape (pieces, 4, n).
     """
+    # The first facets are those of a box: few pairs are left for the others.
+    box = 2 * points.shape[2]
+    lowest = _lowest(points, slabs.A[:, :box])
+    inside = (lowest - slabs.b[slab, :, :box]).max(axis=2) < 0.0
+    pieces, items = np.nonzero(inside)
+    if pieces.size:
+        heights = points[pieces] @ slabs.A[items].transpose(0, 2, 1)
+        gaps = heights.min(axis=1) - slabs.b[slab[pieces], items]
+        inside[pieces, items] = gaps.max(axis=1) < 0.0
+    return np.asarray(inside)
+
+
+def _lowest(points: Floats, normals: Floats) -> Floats:
+    """Least heights of pieces (k, 4, n) along normals (g, F, n), shape (k, g, F)."""
     count, order, n = points.shape
-    heights = np.einsum("kn,gfn->gkf", points.reshape(-1, n), slabs.A, optimize=True)
-    lowest = heights.reshape(len(slabs.A), count, order, -1).min(axis=2)
-    return np.asarray((lowest.transpose(1, 0, 2) - slabs.b[slab]).max(axis=2) < 0.0)
+    g, facets, _ = normals.shape
+    heights = points.reshape(-1, n) @ normals.reshape(-1, n).T
+    return np.asarray(heights.reshape(count, order, g, facets).min(axis=1))
 
 
 def _pieces(commitment: Commitment, slabs: Slabs, since: float) -> tuple[Floats, Floats]:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import QueryError
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan, Planner
-from hzmp_planners.sets import Polytope
 from hzmp_sim.replanning.crossing import crossed
 
+if TYPE_CHECKING:
+    from hzmp_sim.motion.hulls import Hulls
+
 _ROUNDS = 4  # of cutting out what a path passes through, before all of it is cut out
+_RENEWED = 10  # decisions, after which nothing of the last ones is used
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,42 +34,108 @@ class Route:
         return math.isfinite(self.plan.cost)
 
 
-def route(
-    space: FreeSpace,
-    start: Floats,
-    goal: Floats,
-    moving: Sequence[Polytope | None] = (),
-    known: Floats | None = None,
-) -> Route | None:
-    """A short path in the free space without what moves; None where start or goal is not free.
+class Router:
+    """Finds a path for one decision after the other.
 
-    Moving obstacles that the path does not meet are not cut out: the lower bound and the path are
-    those of the space without all of them.
+    Moving obstacles that a path does not meet are not cut out of the free space: the first path is
+    among what stands still, what it meets is cut out for the second one, and so on. Lower bound and
+    path are those of the space without all of them. From one decision to the next little changes:
+    what the paths of the last one meet now is cut out at once.
 
     Args:
         space: of the static obstacles.
-        start: shape (n,) [m].
-        goal: shape (n,) [m].
-        moving: further obstacles.
-        known: a path for similar ends, shape (k, n) [m].
     """
-    chosen: set[int] = set()
-    whole = space
-    for attempt in range(_ROUNDS + 1):
-        if chosen:
-            cut = [hull for i, hull in enumerate(moving) if i in chosen and hull is not None]
-            whole = space.with_obstacles(cut)
-        try:
-            planner = Planner(whole, start, goal, warm_start=known)
-        except QueryError:
-            return None
-        plan = planner.first_path()
-        if not math.isfinite(plan.cost):
-            return Route(plan, whole)
-        met, _ = crossed(plan.waypoints, moving)
-        more = set(met) - chosen
-        if not more:
-            return Route(plan, whole)
-        everything = {i for i, hull in enumerate(moving) if hull is not None}
-        chosen = everything if attempt == _ROUNDS - 1 else chosen | more
-    return None
+
+    def __init__(self, space: FreeSpace) -> None:
+        self._space = space
+        self._known: Floats | None = None
+        self._tried: list[Floats] = []
+        self._goal: Floats | None = None
+        self._age = 0
+        self._start: Floats | None = None
+        self._static: dict[bytes, Route | None] = {}
+
+    def static(self, start: Floats, goal: Floats) -> Route | None:
+        """A short path among what stands still; None where start or goal (n,) is not free."""
+        if self._start is None or not np.array_equal(start, self._start):
+            self._start, self._static = start, {}
+        key = goal.tobytes()
+        if key not in self._static:
+            self._static[key] = _first(self._space, start, goal, self._known)
+        return self._static[key]
+
+    def route(self, start: Floats, goal: Floats, moving: Hulls) -> Route | None:
+        """A short path in the free space without what moves, too; None where an end is not free.
+
+        Args:
+            start: shape (n,) [m].
+            goal: shape (n,) [m].
+            moving: further obstacles.
+        """
+        self._age += 1
+        if self._age > _RENEWED or self._goal is None or not np.array_equal(goal, self._goal):
+            self._tried, self._age, self._goal = [], 0, goal
+        found, self._tried = self._cutting(start, goal, moving, *self._met_again(start, moving))
+        if found is not None and found.found:
+            self._known = found.plan.waypoints
+        return found
+
+    def aside(self, start: Floats, point: Floats, moving: Hulls) -> Route | None:
+        """As `route`, to a point (n,) that is not the goal."""
+        return self._cutting(start, point, moving, set(), [])[0]
+
+    def _cutting(
+        self, start: Floats, goal: Floats, moving: Hulls, chosen: set[int], tried: list[Floats]
+    ) -> tuple[Route | None, list[Floats]]:
+        """Cut out what is chosen, and then what paths meet; what is found, and all these paths."""
+        found: Route | None = None
+        for attempt in range(_ROUNDS + 1):
+            if attempt == _ROUNDS:
+                chosen = set(np.flatnonzero(moving.exist).tolist())
+            found = self._among(start, goal, moving, chosen)
+            if found is None or not found.found:
+                break
+            tried = [*tried, found.plan.waypoints]
+            more = set(crossed(found.plan.waypoints, moving)[0]) - chosen
+            if not more:
+                break
+            chosen = chosen | more
+        return found, tried
+
+    def _among(self, start: Floats, goal: Floats, moving: Hulls, chosen: set[int]) -> Route | None:
+        """A short path where the chosen obstacles are cut out."""
+        if not chosen:
+            return self.static(start, goal)
+        cut = [hull for i in sorted(chosen) if (hull := moving[i]) is not None]
+        return _first(self._space.with_obstacles(cut), start, goal, self._known)
+
+    def _met_again(self, start: Floats, moving: Hulls) -> tuple[set[int], list[Floats]]:
+        """What the paths that were tried last meet, one after the other, and these paths."""
+        chosen: set[int] = set()
+        tried: list[Floats] = []
+        for way in self._tried:
+            rest = _from(way, start)
+            more = set(crossed(rest, moving)[0]) - chosen
+            if not more:
+                break
+            chosen |= more
+            tried.append(rest)
+        return chosen, tried
+
+
+def _first(space: FreeSpace, start: Floats, goal: Floats, known: Floats | None) -> Route | None:
+    """The first path in a space; `known` (k, n) is one for similar ends."""
+    try:
+        return Route(Planner(space, start, goal, warm_start=known).first_path(), space)
+    except QueryError:
+        return None
+
+
+def _from(way: Floats, start: Floats) -> Floats:
+    """A polyline (k + 1, n) from a place beside it on."""
+    begins, moves = way[:-1], np.diff(way, axis=0)
+    squares = np.maximum((moves * moves).sum(axis=1), 1e-12)
+    share = (((start - begins) * moves).sum(axis=1) / squares).clip(0.0, 1.0)
+    gaps = start - begins - share[:, None] * moves
+    nearest = int((gaps * gaps).sum(axis=1).argmin())
+    return np.concatenate([start[None], way[nearest + 1 :]])

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hzmp_planners._arrays import Floats
-from hzmp_planners.sets import Polytope
 
 if TYPE_CHECKING:
     from hzmp_sim.motion.forecast import Forecast
+    from hzmp_sim.motion.hulls import Hulls
     from hzmp_sim.motion.source import Slabs
 
 _SWEPT = 0.8  # [s] for which an obstacle stays in the way of a path
@@ -33,8 +33,8 @@ class Sweeps:
 
     def __init__(self, prediction: Forecast, slabs: Slabs, position: Floats, speed: float) -> None:
         self._prediction, self._position = prediction, position
-        self._begin, self._span = np.zeros(0), np.zeros(0)
         if not slabs.b.size:
+            self._begin, self._span = np.zeros(0), np.zeros(0)
             return
         # A facet's distance is at most that of the polytope.
         apart = (np.einsum("gfn,n->gf", slabs.A, position) - slabs.b).max(axis=2)
@@ -44,7 +44,7 @@ class Sweeps:
         latest = slabs.start + slabs.step * len(slabs.b)
         self._span = np.where(meets.any(axis=0), np.minimum(_SWEPT, latest - self._begin), 0.0)
 
-    def around(self, goal: Floats, *, closely: bool) -> list[Polytope | None]:
+    def around(self, goal: Floats, *, closely: bool) -> Hulls:
         """Convex sets for obstacles that could be met; they hold neither position nor goal (n,).
 
         An obstacle that does is looked at for a shorter time; if that does not help, it is left out
@@ -55,21 +55,14 @@ class Sweeps:
             closely: hulls of more facets, not boxes.
         """
         shapes = self._prediction.hulls if closely else self._prediction.boxes
-        swept: list[Polytope | None] = [None] * len(self._span)
-        span = self._span
-        for _ in range(_HALVINGS + 1):
-            todo = np.flatnonzero(span > 0.0)
-            if not todo.size:
+        swept, span = shapes(self._begin, self._begin + self._span), self._span
+        swept = swept.without(span <= 0.0)
+        for halving in range(_HALVINGS + 1):
+            bad = swept.contain(self._position) | swept.contain(goal)
+            if not bad.any():
                 break
-            found = shapes(self._begin, self._begin + span)
-            span = span.copy()
-            for number in todo.tolist():
-                shape = found[number]
-                if shape is None or not (_holds(shape, self._position) or _holds(shape, goal)):
-                    swept[number], span[number] = shape, 0.0
-            span *= 0.5
+            if halving == _HALVINGS:
+                return swept.without(bad)
+            span = np.where(bad, 0.5 * span, span)
+            swept = swept.replaced(bad, shapes(self._begin, self._begin + span))
         return swept
-
-
-def _holds(shape: Polytope, point: Floats) -> bool:
-    return bool((shape.A @ point - shape.b).max() <= 0.0)

@@ -12,6 +12,7 @@ import pytest
 from hzmp_planners._arrays import Floats
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.sets import Polytope
+from hzmp_sim.motion.hulls import Hulls
 from hzmp_sim.replanning.candidates import Dynamics
 from hzmp_sim.replanning.commitment import Commitment
 from hzmp_sim.replanning.crossing import crossed, shortened
@@ -104,7 +105,9 @@ def test_crossings_against_dense_points(seed: int) -> None:
     middles, halves = rng.uniform(0.0, 10.0, (6, 3)), rng.uniform(0.2, 2.0, (6, 3))
     boxed = zip(middles - halves, middles + halves, strict=True)
     shapes = [Polytope.from_box(low, high) for low, high in boxed]
-    found, reached = crossed(points, [None, *shapes])
+    absent = np.full((1, 6), -np.inf)
+    b = np.concatenate([absent, [shape.b for shape in shapes]])
+    found, reached = crossed(points, Hulls(np.repeat(shapes[0].A[None], 7, axis=0), b))
     lengths = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()])
     dense = np.linspace(0.0, lengths[-1], 40_001)
     at = np.column_stack([np.interp(dense, lengths, column) for column in points.T])
