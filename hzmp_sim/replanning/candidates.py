@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +18,10 @@ from hzmp_sim.replanning.routes import Route
 from hzmp_tracking import Limits, Trajectory, quick_trajectory, stop_trajectory
 
 _AHEAD = 1.5  # [s] at full speed that a trajectory reaches ahead of the way to stop
-ALL_SHARES = (1.0, 0.55, 1.8)
-"""Of that reach, which are worth a try where nothing else is there to fly."""
+_SHARES = (1.0, 1.3, 0.75, 1.7, 0.55)
+"""Of that reach, in the order in which they are worth a try."""
+Rests = Callable[[Floats, float], bool]
+"""Whether the body could rest at a place (n,) [m] from a time on [s]."""
 _SHORT = 1e-3  # [m] ends that are nearer than this are one
 
 
@@ -50,6 +52,11 @@ class Dynamics(NamedTuple):
         v, a, j = self._slowest
         return v / a + a / j
 
+    def needed(self, length: float, velocity: Floats) -> float:
+        """Time [s] to rest after a way [m], about, with velocity (n,) [m/s] at its beginning."""
+        speed = min(1.0, float(np.linalg.norm(velocity)) / self.axis_speed)
+        return length / self.axis_speed + self.braking * (1.0 - 0.5 * speed)
+
     @property
     def _slowest(self) -> tuple[float, float, float]:
         """The least bounds of the axes."""
@@ -63,7 +70,8 @@ def along(
     begins: float,
     dynamics: Dynamics,
     length: float = np.inf,
-    shares: Sequence[float] = ALL_SHARES,
+    rests: Rests | None = None,
+    most: int = 3,
 ) -> Iterator[Commitment]:
     """Follow a route: some way ahead, then ways of other lengths.
 
@@ -73,24 +81,32 @@ def along(
         begins: when that is [s].
         dynamics: how the body may move.
         length: of the route that may be used [m].
-        shares: of the way that a trajectory reaches ahead, tried one after the other.
+        rests: whether the body could rest at a place from a time on; such ends are tried first.
+        most: how many are tried.
     """
     whole = path_length(route.plan.waypoints)
-    tried: list[float] = []
-    cells: list[Polytope] = []
-    for share in shares:
+    lengths: list[float] = []
+    for share in _SHARES:
         wanted = min(share * dynamics.reach, length)
         if wanted >= whole - 0.25 * dynamics.reach and length >= whole:
             wanted = whole  # what is left would not be worth another plan
-        if wanted <= _SHORT or any(abs(wanted - other) < _SHORT for other in tried):
-            continue
-        tried.append(wanted)
-        waypoints = shortened(route.plan.waypoints, wanted)
-        if len(cells) < len(waypoints) - 1:
-            cells = route.plan.cells(route.space, count=len(waypoints) - 1)
-        trajectory = timed(waypoints, cells[: len(waypoints) - 1], state, dynamics)
+        if wanted > _SHORT and not any(abs(wanted - other) < _SHORT for other in lengths):
+            lengths.append(wanted)
+    ways = [shortened(route.plan.waypoints, wanted) for wanted in lengths]
+    if rests is not None:
+        times = [begins + dynamics.needed(wanted, state.velocity) for wanted in lengths]
+        good = [rests(way[-1], time) for way, time in zip(ways, times, strict=True)]
+        order = sorted(range(len(ways)), key=lambda k: not good[k])
+    else:
+        order = list(range(len(ways)))
+    cells: list[Polytope] = []
+    for k in order[:most]:
+        count = len(ways[k]) - 1
+        if len(cells) < count:
+            cells = route.plan.cells(route.space, count=count)
+        trajectory = timed(ways[k], cells[:count], state, dynamics)
         if trajectory is not None:
-            yield Commitment(trajectory, begins, max(0.0, whole - wanted))
+            yield Commitment(trajectory, begins, max(0.0, whole - lengths[k]))
 
 
 def timed(

@@ -12,7 +12,7 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_planners.free_space import FreeSpace
 from hzmp_planners.planning import Plan
-from hzmp_sim.replanning.candidates import ALL_SHARES, Dynamics, along, stopping
+from hzmp_sim.replanning.candidates import Dynamics, Rests, along, stopping
 from hzmp_sim.replanning.commitment import Commitment, State
 from hzmp_sim.replanning.crossing import crossed
 from hzmp_sim.replanning.proof import Conflict, first_conflict
@@ -106,8 +106,8 @@ class Pilot:
             # With time left on a way that is proved, a second try can wait for the next plan.
             known = _Known(effect, state.position, found.plan.cost)
             hurry = conflict is not None or current.ends - effect < self._dynamics.braking
-            shares = ALL_SHARES if hurry else ALL_SHARES[:1]
-            for candidate in along(found, state, effect, self._dynamics, shares=shares):
+            most, rests = 3 if hurry else 1, self._rests(ahead)
+            for candidate in along(found, state, effect, self._dynamics, rests=rests, most=most):
                 if conflict is None and not self._sooner(candidate, current, goal, known):
                     continue
                 if self._conflict(candidate, ahead) is None:
@@ -141,27 +141,39 @@ class Pilot:
         last = max(commitment.ends, ahead.start) + self._settings.guard
         return first_conflict(commitment, ahead.until(last), ahead.start)
 
+    def _rests(self, ahead: Ahead) -> Rests:
+        """Whether the body could rest somewhere for the guard time from about some time on."""
+
+        def free(point: Floats, time: float) -> bool:
+            slabs = ahead.until(time + self._settings.guard)
+            late = slabs.b[max(0, math.floor((time - slabs.start) / _SLAB)) :]
+            return not bool((slabs.A @ point < late).all(axis=2).any())
+
+        return free
+
     def _sooner(
         self, candidate: Commitment, current: Commitment, goal: Floats, known: _Known
     ) -> bool:
         """Whether a commitment brings the body to the goal sooner than the one it flies."""
         end = current.end
         if np.abs(end - goal).max() <= _AT_GOAL:
-            return self._arrival(candidate) < current.ends - _WORTH
+            return self._arrival(candidate, known.effect) < current.ends - _WORTH
         if known.effect >= current.ends:
             return True  # it does not move
         # By the triangle inequality no way from its end is shorter than this.
         left = max(current.remaining, known.cost - float(np.linalg.norm(end - known.position)))
-        return self._arrival(candidate) < self._arrival(replace(current, remaining=left)) + _WORTH
+        old = self._arrival(replace(current, remaining=left), known.effect)
+        return self._arrival(candidate, known.effect) < old + _WORTH
 
-    def _arrival(self, commitment: Commitment) -> float:
-        """When the body is at the goal [s], about: stopping on the way costs time."""
-        left, speed, braking = (
-            commitment.remaining,
-            self._dynamics.axis_speed,
-            self._dynamics.braking,
-        )
-        return commitment.ends + (left / speed + braking if left else 0.0)
+    def _arrival(self, commitment: Commitment, time: float) -> float:
+        """When the body is at the goal [s], about, if it goes on without a stop from a time [s] on.
+
+        That costs the more, the more of its speed it has lost by then.
+        """
+        if not commitment.remaining:
+            return commitment.ends
+        lost = max(0.0, self._dynamics.braking - (commitment.ends - time))
+        return commitment.ends + commitment.remaining / self._dynamics.axis_speed + lost
 
     def _fallbacks(
         self,
