@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +53,11 @@ class Dynamics(NamedTuple):
         v, a, j = self._slowest
         return v / a + a / j
 
+    def slowed(self, share: float, velocity: Floats) -> Limits:
+        """With a share of the speed, but at least that of a velocity (n,) [m/s]."""
+        v, a, j = self.limits.per_axis(self.n)
+        return Limits(np.minimum(v, np.maximum(share * v, 1.01 * np.abs(velocity))), a, j)
+
     def needed(self, length: float, velocity: Floats) -> float:
         """Time [s] to rest after a way [m], about, with velocity (n,) [m/s] at its beginning."""
         speed = min(1.0, float(np.linalg.norm(velocity)) / self.axis_speed)
@@ -72,6 +78,7 @@ def along(
     length: float = np.inf,
     rests: Rests | None = None,
     most: int = 3,
+    pace: float = 1.0,
 ) -> Iterator[Commitment]:
     """Follow a route: some way ahead, then ways of other lengths.
 
@@ -83,6 +90,7 @@ def along(
         length: of the route that may be used [m].
         rests: whether the body could rest at a place from a time on; such ends are tried first.
         most: how many are tried.
+        pace: share of the speed.
     """
     whole = path_length(route.plan.waypoints)
     lengths: list[float] = []
@@ -94,7 +102,7 @@ def along(
             lengths.append(wanted)
     ways = [shortened(route.plan.waypoints, wanted) for wanted in lengths]
     if rests is not None:
-        times = [begins + dynamics.needed(wanted, state.velocity) for wanted in lengths]
+        times = [begins + dynamics.needed(wanted, state.velocity) / pace for wanted in lengths]
         good = [rests(way[-1], time) for way, time in zip(ways, times, strict=True)]
         order = sorted(range(len(ways)), key=lambda k: not good[k])
     else:
@@ -104,21 +112,25 @@ def along(
         count = len(ways[k]) - 1
         if len(cells) < count:
             cells = route.plan.cells(route.space, count=count)
-        trajectory = timed(ways[k], cells[:count], state, dynamics)
+        trajectory = timed(ways[k], cells[:count], state, dynamics, pace)
         if trajectory is not None:
             yield Commitment(trajectory, begins, max(0.0, whole - lengths[k]))
 
 
 def timed(
-    waypoints: Floats, cells: Sequence[Polytope], state: State, dynamics: Dynamics
+    waypoints: Floats,
+    cells: Sequence[Polytope],
+    state: State,
+    dynamics: Dynamics,
+    pace: float = 1.0,
 ) -> Trajectory | None:
     """A trajectory from a moving start, proved in its cells; None if none was found."""
+    limits = dynamics.limits if pace == 1.0 else dynamics.slowed(pace, state.velocity)
     try:
-        return quick_trajectory(
-            waypoints, cells, dynamics.limits, state.velocity, state.acceleration
-        )
+        found = quick_trajectory(waypoints, cells, limits, state.velocity, state.acceleration)
     except HzmpError:
         return None
+    return found and replace(found, limits=dynamics.limits)
 
 
 def stopping(

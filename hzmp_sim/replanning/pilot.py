@@ -31,6 +31,8 @@ Reason = Literal["onward", "opened", "approach", "threat", "wait"]
 since the old plan is not safe any more. "wait": the way is blocked, and none was taken."""
 
 _WORTH = 0.05  # [s] of time to the goal that matters
+_GUESS = 0.2  # [s] by which a guess of it may be wrong, where a trajectory reaches further
+_FURTHER = 0.3  # [s] and [m] that count as further
 _LATER = 0.1  # [s] by which the conflict of an unproved plan must be later
 _AT_GOAL = 1e-6  # [m]
 _NEAR = 0.05  # [m] from where the way is blocked that is not worth a move
@@ -72,6 +74,8 @@ class Pilot:
         self._space, self._dynamics, self._settings = space, dynamics, settings
         self._router = Router(space)
         self._waited = False
+        self._met: dict[int, float] = {}
+        self._failed = 0
 
     def rehearse(self, start: Floats, goal: Floats) -> None:
         """Plan once in vain: what is made once, is made before the flight."""
@@ -95,7 +99,12 @@ class Pilot:
         state = current.state(effect)
         conflict = self._conflict(current, ahead)
         slabs = ahead.until(effect + self._settings.horizon)
-        sweeps = Sweeps(prediction, slabs, state.position, self._dynamics.speed)
+        variant = self._failed % 3
+        met_at = {number: time for number, time in self._met.items() if time > effect}
+        sweeps = Sweeps(
+            prediction, slabs, state.position, self._dynamics.speed, met_at if variant == 1 else {}
+        )
+        pace = 0.55 if variant == 2 else 1.0
         swept = sweeps.around(goal, closely=False)
         found = self._router.route(state.position, goal, swept)
         if found is None or not found.found:
@@ -107,11 +116,15 @@ class Pilot:
             known = _Known(effect, state.position, found.plan.cost)
             hurry = conflict is not None or current.ends - effect < self._dynamics.braking
             most, rests = 3 if hurry else 1, self._rests(ahead)
-            for candidate in along(found, state, effect, self._dynamics, rests=rests, most=most):
+            for candidate in along(found, state, effect, self._dynamics, rests=rests, most=most, pace=pace):
                 if conflict is None and not self._sooner(candidate, current, goal, known):
                     continue
-                if self._conflict(candidate, ahead) is None:
+                met = self._conflict(candidate, ahead)
+                if met is None:
+                    self._failed = 0
                     return self._taken(candidate, "onward", plan, conflict)
+                self._met = {met.number: met.time}
+            self._failed += 1
         if conflict is None and (effect < current.ends or current.remaining == 0.0):
             return Decision(None, "onward", plan, True, None)
         best, latest = None, -math.inf if conflict is None else conflict.time + _LATER
@@ -163,7 +176,8 @@ class Pilot:
         # By the triangle inequality no way from its end is shorter than this.
         left = max(current.remaining, known.cost - float(np.linalg.norm(end - known.position)))
         old = self._arrival(replace(current, remaining=left), known.effect)
-        return self._arrival(candidate, known.effect) < old + _WORTH
+        further = candidate.ends > current.ends + _FURTHER and candidate.remaining < left - _FURTHER
+        return self._arrival(candidate, known.effect) < old + (_GUESS if further else _WORTH)
 
     def _arrival(self, commitment: Commitment, time: float) -> float:
         """When the body is at the goal [s], about, if it goes on without a stop from a time [s] on.

@@ -6,6 +6,7 @@ come near it, and for a while from then on: `Sweeps` finds these times for a sta
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from hzmp_sim.motion.source import Slabs
 
 _SWEPT = 0.8  # [s] for which an obstacle stays in the way of a path
+_LEAD = 0.3  # [s] of that, before an obstacle was met
 _HALVINGS = 3  # of that time, where the body itself would be in what is swept
 
 
@@ -29,9 +31,17 @@ class Sweeps:
         slabs: of the same, from the time on at which the body is at `position`.
         position: of the centre, shape (n,) [m].
         speed: largest of the body [m/s].
+        met: when the last trajectories would have met obstacles, by number [s]: better than a guess.
     """
 
-    def __init__(self, prediction: Forecast, slabs: Slabs, position: Floats, speed: float) -> None:
+    def __init__(
+        self,
+        prediction: Forecast,
+        slabs: Slabs,
+        position: Floats,
+        speed: float,
+        met: Mapping[int, float],
+    ) -> None:
         self._prediction, self._position = prediction, position
         if not slabs.b.size:
             self._begin, self._span = np.zeros(0), np.zeros(0)
@@ -41,8 +51,10 @@ class Sweeps:
         reach = speed * slabs.step * np.arange(1, len(slabs.b) + 1)
         meets = apart <= reach[:, None]
         self._begin = slabs.start + slabs.step * meets.argmax(axis=0)
+        for number, time in met.items():
+            self._begin[number] = max(self._begin[number], time - _LEAD)
         latest = slabs.start + slabs.step * len(slabs.b)
-        self._span = np.where(meets.any(axis=0), np.minimum(_SWEPT, latest - self._begin), 0.0)
+        self._span = np.where(meets.any(axis=0), (latest - self._begin).clip(0.0, _SWEPT), 0.0)
 
     def around(self, goal: Floats, *, closely: bool) -> Hulls:
         """Convex sets for obstacles that could be met; they hold neither position nor goal (n,).
