@@ -31,7 +31,7 @@ Reason = Literal["onward", "opened", "approach", "threat", "wait"]
 since the old plan is not safe any more. "wait": the way is blocked, and none was taken."""
 
 _WORTH = 0.05  # [s] of time to the goal that matters
-_GUESS = 0.2  # [s] by which a guess of it may be wrong, where a trajectory reaches further
+_GUESS = 0.4  # [s] by which a guess of it may be wrong, where a trajectory reaches further
 _FURTHER = 0.3  # [s] and [m] that count as further
 _LATER = 0.1  # [s] by which the conflict of an unproved plan must be later
 _AT_GOAL = 1e-6  # [m]
