@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import mujoco
+
 from hzmp_planners.free_space import FreeSpace
 from hzmp_sim.motion.drives import Drives
 from hzmp_sim.motion.forecast import Forecaster, NothingMoves
@@ -29,11 +31,16 @@ def replanning_guide(
     # Boxes within the norms: what is planned in a hurry has bounds on axes only.
     limits = settings.limits(actuation.default_limits).inner(scene.n)
     pilot = Pilot(space, Dynamics(limits, scene.n), settings.replanning)
-    pilot.rehearse(scene.start, scene.goal)
     predictor: Forecaster = NothingMoves(scene.n)
     if scene.moving:
         predictor = Predictor(scene, settings.replanning.prediction_acceleration)
+    drives = Drives(scene.model, scene.motion)
+    data = mujoco.MjData(scene.model)
+    data.qpos[:] = scene.initial_qpos
+    drives.apply(data, 0.0)
+    mujoco.mj_kinematics(scene.model, data)
+    pilot.rehearse(scene.start, scene.goal, predictor.predict(data, 0.0))
     guide = Replanner(
         scene, space, pilot, predictor, Goals.of(scene), limits, settings, actuation.smoothing
     )
-    return guide, Drives(scene.model, scene.motion)
+    return guide, drives

@@ -77,12 +77,18 @@ class Pilot:
         self._met: dict[int, float] = {}
         self._failed = 0
 
-    def rehearse(self, start: Floats, goal: Floats) -> None:
+    def rehearse(self, start: Floats, goal: Floats, prediction: Forecast) -> None:
         """Plan once in vain: what is made once, is made before the flight."""
         still = State(start, np.zeros_like(start), np.zeros_like(start))
-        found = self._router.static(start, goal)
+        ahead, router = Ahead(prediction, 0.0), Router(self._space)
+        slabs = ahead.until(self._settings.horizon)
+        swept = Sweeps(prediction, slabs, start, self._dynamics.speed, {}).around(
+            goal, closely=False
+        )
+        found = router.route(start, goal, swept)
         if found is not None and found.found:
-            next(along(found, still, 0.0, self._dynamics), None)
+            for candidate in along(found, still, 0.0, self._dynamics, most=1):
+                self._conflict(candidate, ahead)
 
     def decide(
         self, effect: float, current: Commitment, goal: Floats, prediction: Forecast
@@ -116,7 +122,9 @@ class Pilot:
             known = _Known(effect, state.position, found.plan.cost)
             hurry = conflict is not None or current.ends - effect < self._dynamics.braking
             most, rests = 3 if hurry else 1, self._rests(ahead)
-            for candidate in along(found, state, effect, self._dynamics, rests=rests, most=most, pace=pace):
+            for candidate in along(
+                found, state, effect, self._dynamics, rests=rests, most=most, pace=pace
+            ):
                 if conflict is None and not self._sooner(candidate, current, goal, known):
                     continue
                 met = self._conflict(candidate, ahead)

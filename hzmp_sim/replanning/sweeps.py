@@ -31,7 +31,7 @@ class Sweeps:
         slabs: of the same, from the time on at which the body is at `position`.
         position: of the centre, shape (n,) [m].
         speed: largest of the body [m/s].
-        met: when the last trajectories would have met obstacles, by number [s]: better than a guess.
+        met: when the last trajectories would have met obstacles, by number [s].
     """
 
     def __init__(
