@@ -79,7 +79,9 @@ class Replanning:
         guard: how long a body at rest must be safe, as predicted, for a plan to be taken [s].
         duration: the flight ends at rest after this time, wherever it is [s].
         prediction_acceleration: of what moves without being announced, at most [m/s^2]: how fast
-            the planner's uncertainty of it grows.
+            the planner's uncertainty of it begins to grow.
+        prediction_speed_change: by which its velocity changes at most, while it is looked ahead
+            [m/s]: how fast the uncertainty goes on to grow.
         from_rest: plan only when the body has come to rest: what a planner outside of the loop can
             do, for comparison.
         patience: the planner has failed when it gives no answer for this time [s of the wall
@@ -92,6 +94,7 @@ class Replanning:
     guard: float = 2.0
     duration: float = 120.0
     prediction_acceleration: float = 2.0
+    prediction_speed_change: float = 0.3
     from_rest: Annotated[bool, Parameter(negative=())] = False
     patience: float = 20.0
 
@@ -100,7 +103,7 @@ class Replanning:
             value = getattr(self, name)
             if not 0.0 < value < math.inf:
                 raise QueryError(f"{name} must be positive and finite, got {value}")
-        for name in ("guard", "prediction_acceleration"):
+        for name in ("guard", "prediction_acceleration", "prediction_speed_change"):
             value = getattr(self, name)
             if not 0.0 <= value < math.inf:
                 raise QueryError(f"{name} must be finite and at least 0, got {value}")

@@ -2,10 +2,11 @@
 
 A point seen at x with velocity v is at x + v s after s seconds, to within
 
-    u(s) = a s^2 / 2 + a o s / 2
+    u(s) = a t^2 / 2 + w (s - t) + a o s / 2,    t = min(s, w / a)
 
-if its acceleration is at most a: the first for what it does from now on, the second for a velocity
-that is the mean over the last o seconds. Turning takes an acceleration of its own, w^2 r.
+if its acceleration is at most a and its velocity changes by at most w: the first two for what it
+does from now on, the third for a velocity that is the mean over the last o seconds. Turning takes
+an acceleration of its own, w^2 r, for as long as it lasts.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ class ConstantVelocity:
         seen: all of them.
         rows: which of them this is for.
         acceleration: of their points at most [m/s^2], other than by turning steadily.
+        speed_change: by which their velocities change at most, in the same way [m/s].
         uncertainty: of what is seen [m].
     """
 
@@ -39,6 +41,7 @@ class ConstantVelocity:
         seen: Observation,
         rows: Sequence[int],
         acceleration: float,
+        speed_change: float,
         uncertainty: float,
     ) -> None:
         self.rows = tuple(rows)
@@ -51,12 +54,17 @@ class ConstantVelocity:
         self._offsets = template.offsets[index, 0] + template.growth[index]
         self._least = template.least[index]
         self._radius = np.array([scene.moving[row].radius for row in self.rows])
-        self.acceleration = acceleration + _centripetal(self.corners, self.velocity)
+        self._turning = _centripetal(self.corners, self.velocity)
+        self._acceleration, self._speed_change = acceleration, speed_change
 
     def uncertainty(self, time: Floats) -> Floats:
         """How far a point may be off at times (..., i) [s]; the same shape [m]."""
-        s = np.maximum(time - self.time, 0.0)
-        return np.asarray(self._uncertainty + 0.5 * self.acceleration * s * (s + self._age))
+        s, a = np.maximum(time - self.time, 0.0), self._acceleration
+        grows = np.minimum(s, self._speed_change / a if a > 0.0 else 0.0)
+        own = a * grows * (s - 0.5 * grows)
+        turned = 0.5 * self._turning * s**2
+        seen = 0.5 * (a + self._turning) * self._age * s
+        return np.asarray(self._uncertainty + own + turned + seen)
 
     # Each bound is convex in time, and so largest at one of the ends.
 

@@ -43,6 +43,10 @@ class Forecast(Protocol):
 class Forecaster(Protocol):
     """Makes forecasts, again and again."""
 
+    def ready(self, data: mujoco.MjData, time: float) -> bool:
+        """Whether enough was seen for a forecast; it looks at `data` at a time [s]."""
+        ...
+
     def predict(self, data: mujoco.MjData, time: float) -> Forecast:
         """The forecast at a time [s], from what is seen in `data`."""
         ...
@@ -55,6 +59,11 @@ class NothingMoves:
 
     def __init__(self, n: int) -> None:
         self._n = n
+
+    def ready(self, data: mujoco.MjData, time: float) -> bool:
+        """See `Forecaster`."""
+        del data, time
+        return True
 
     def predict(self, data: mujoco.MjData, time: float) -> NothingMoves:
         """See `Forecaster`."""

@@ -10,6 +10,9 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_sim.scene.scene import Scene
 
+_JUMP = 0.5  # [m] a step shorter than this is no jump,
+_LEAP = 5.0  # nor one that is less than so many times as long as the speed before suggests
+
 
 @dataclass(frozen=True, eq=False)
 class Observation:
@@ -51,7 +54,15 @@ class Observer:
         axes = data.geom_xmat[self._geoms].reshape(-1, 3, 3)
         turned = self._points @ axes.transpose(0, 2, 1)
         corners = turned + data.geom_xpos[self._geoms][:, None, :]
-        age = 0.0 if last is None else time - last.time
-        velocity = np.zeros_like(corners) if last is None else (corners - last.corners) / age
+        if last is None:
+            self._last = Observation(time, corners, np.zeros_like(corners), 0.0)
+            return self._last
+        age = time - last.time
+        velocity = (corners - last.corners) / age
+        # What jumps goes on as it did before.
+        step = np.linalg.norm(corners - last.corners, axis=2).max(axis=1)
+        usual = np.linalg.norm(last.velocity, axis=2).max(axis=1) * age
+        jumps = step > np.maximum(_JUMP, _LEAP * usual)
+        velocity = np.where(jumps[:, None, None], last.velocity, velocity)
         self._last = Observation(time, corners, velocity, age)
         return self._last

@@ -54,18 +54,35 @@ class Predictor:
     Args:
         scene: with moving geoms.
         acceleration: of the points of what is not known ahead, at most [m/s^2].
+        speed_change: by which their velocities change at most, while it is looked ahead [m/s].
         tolerance: how far a geom may be from where it was predicted [m].
     """
 
-    def __init__(self, scene: Scene, acceleration: float = 2.0, tolerance: float = 1e-3) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        acceleration: float = 2.0,
+        speed_change: float = math.inf,
+        tolerance: float = 1e-3,
+    ) -> None:
         for name, value in (("acceleration", acceleration), ("tolerance", tolerance)):
             if not 0.0 <= value < np.inf:
                 raise QueryError(f"{name} must be finite and at least 0, got {value}")
-        self.scene, self.acceleration, self.tolerance = scene, acceleration, tolerance
+        if not speed_change >= 0.0:
+            raise QueryError(f"speed_change must be at least 0, got {speed_change}")
+        self.scene, self.tolerance = scene, tolerance
+        self.acceleration, self.speed_change = acceleration, speed_change
         self.sweep = Sweep(scene)
         self.observer = Observer(scene, self.sweep.points)
         self._unknown = _unannounced(scene)
         self._look_ahead(0.0)
+
+    def ready(self, data: mujoco.MjData, time: float) -> bool:
+        """Whether the velocities are known of what is predicted from what is seen.
+
+        They are differences: what was seen once has none.
+        """
+        return not self._unknown.any() or self.observe(data, time).age > 0.0
 
     def predict(self, data: mujoco.MjData, time: float) -> Prediction:
         """The prediction at a time [s], from what is seen in `data` (kinematics up to date)."""
@@ -123,7 +140,13 @@ class Prediction:
         if unknown.any():
             rows = np.flatnonzero(unknown).tolist()
             self._seen = ConstantVelocity(
-                scene, sweep.template, seen, rows, predictor.acceleration, predictor.tolerance
+                scene,
+                sweep.template,
+                seen,
+                rows,
+                predictor.acceleration,
+                predictor.speed_change,
+                predictor.tolerance,
             )
             self._sources.append(self._seen)
 

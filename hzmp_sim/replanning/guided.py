@@ -33,7 +33,8 @@ def replanning_guide(
     pilot = Pilot(space, Dynamics(limits, scene.n), settings.replanning)
     predictor: Forecaster = NothingMoves(scene.n)
     if scene.moving:
-        predictor = Predictor(scene, settings.replanning.prediction_acceleration)
+        loop = settings.replanning
+        predictor = Predictor(scene, loop.prediction_acceleration, loop.prediction_speed_change)
     drives = Drives(scene.model, scene.motion)
     data = mujoco.MjData(scene.model)
     data.qpos[:] = scene.initial_qpos

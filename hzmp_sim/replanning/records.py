@@ -53,6 +53,8 @@ class BrokenPrediction:
     """When first [s]."""
     error: float
     """By how much at most [m]."""
+    held: float
+    """When it was last seen where it had been predicted to be [s]; 0 if never."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,5 +121,5 @@ def worst_broken(found: Sequence[BrokenPrediction]) -> tuple[BrokenPrediction, .
     worst: dict[str, BrokenPrediction] = {}
     for one in found:
         old = worst.get(one.geom, one)
-        worst[one.geom] = BrokenPrediction(one.geom, old.time, max(old.error, one.error))
+        worst[one.geom] = BrokenPrediction(one.geom, old.time, max(old.error, one.error), old.held)
     return tuple(worst.values())

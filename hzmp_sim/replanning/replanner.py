@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
+from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,6 +30,7 @@ _ROWS = 128  # of the reference that are sampled at a time
 _GUESSED = 0.03  # [s] that a plan is taken to need before one was made
 _AS_LONG = 1.5  # times the longest of the last plans: what the next may take
 _REMEMBERED = 20  # plans
+_COMPARED = 1.0  # [s] for which a prediction is compared with what comes
 _TIME_TOL = 1e-9  # [s]
 _AT_GOAL = 1e-6  # [m]
 _LANDING = 15.0  # [s] in which a trajectory that is flown at the end of the time comes to rest
@@ -83,7 +85,10 @@ class Replanner:
         self._watchdog = Watchdog(self._loop.patience)
         self._records: list[PlanRecord] = []
         self._broken: list[BrokenPrediction] = []
-        self._prediction: Forecast | None = None
+        self._predictions: deque[Forecast] = deque(
+            maxlen=max(2, round(_COMPARED / self._loop.period))
+        )
+        self._compared = 0.0
         self._failure = ""
         self._arrived = False
         self._time = 0.0
@@ -92,7 +97,7 @@ class Replanner:
         """See `Guide`."""
         self._time = time
         self._adopt(time)
-        if step % self._every == 0 and self._asks(time):
+        if step % self._every == 0 and self._asks(time) and self._predictor.ready(data, time):
             self._ask(step, time, data)
             self._adopt(time)
         row = step - self._first_row
@@ -140,17 +145,13 @@ class Replanner:
     def _ask(self, step: int, time: float, data: mujoco.MjData) -> None:
         """Let the planner decide what to fly from some time on."""
         began = clock.perf_counter()
-        if self._prediction is not None:
-            self._broken += [
-                BrokenPrediction(one.name, one.time, one.distance)
-                for one in self._prediction.broken(data, time)
-            ]
+        self._compare(time, data)
         effect = self._dt * (step + max(1, math.ceil(self._allowed() / self._dt - _TIME_TOL)))
         goal, current = self._goals.now(time), self._flown.current
 
         def decide() -> Decision:
-            self._prediction = self._predictor.predict(data, time)
-            return self._pilot.decide(effect, current, goal, self._prediction)
+            self._predictions.append(self._predictor.predict(data, time))
+            return self._pilot.decide(effect, current, goal, self._predictions[-1])
 
         try:
             decision = self._watchdog.call(decide)
@@ -163,6 +164,16 @@ class Replanner:
             self._records.append(replace(record, reason="late", taken=False))
             return
         self._pending = _Pending(decision, record)
+
+    def _compare(self, time: float, data: mujoco.MjData) -> None:
+        """Compare what is seen with the last prediction, and with the oldest that is kept."""
+        made = self._predictions
+        for prediction in [made[0], made[-1]] if len(made) > 1 else made:
+            self._broken += [
+                BrokenPrediction(one.name, one.time, one.distance, self._compared)
+                for one in prediction.broken(data, time)
+            ]
+        self._compared = time
 
     def _allowed(self) -> float:
         """How long the planner may take [s]."""
@@ -204,5 +215,4 @@ class Replanner:
         )
 
     def _name(self, number: int) -> str:
-        assert self._prediction is not None  # conflicts come of predictions
-        return self._scene.geom_name(self._prediction.geoms[number])
+        return self._scene.geom_name(self._predictions[-1].geoms[number])

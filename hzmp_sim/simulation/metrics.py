@@ -117,14 +117,14 @@ def _contacts(scene: Scene, log: FlightLog, flight_plan: FlightPlan) -> dict[str
 
     `predicted` says whether the geom was where it had been predicted to be, until then.
     """
-    broken = {one.geom: one.time for one in flight_plan.broken}
+    held = {one.geom: one.held for one in flight_plan.broken}
     contacts: dict[str, dict[str, Any]] = {}
     for geom in dict.fromkeys(log.contact[log.collision].tolist()):
         name, first = scene.geom_name(int(geom)), float(log.time[log.contact == geom][0])
         contacts[name] = {
             "steps": int((log.contact == geom).sum()),
             "first_s": first,
-            "predicted": broken.get(name, math.inf) > first,
+            "predicted": held.get(name, math.inf) >= first,
         }
     return contacts
 
