@@ -12,15 +12,18 @@ import numpy as np
 from hzmp_planners._arrays import Bools, Floats
 
 _HALVINGS = 30  # a maximum that is off by 1e-9 of the piece is right to 1e-18: it is flat there
+_CLOSE = 1e-13  # of the interval: a step that does not matter
 
 
 def sign_changes(scalar: Floats, h: Floats | float, halvings: int) -> tuple[Floats, Bools]:
-    """All sign changes of cubics in (0, h), by bisection between the extrema of each.
+    """All sign changes of cubics in (0, h), each between two extrema, where there is but one.
+
+    Newton's steps, and a bisection where one would leave the interval that is left.
 
     Args:
         scalar: ascending powers, shape (r, 4).
         h: ends of the intervals, a number or shape (r,).
-        halvings: bisections; 60 halve an interval down to one rounding.
+        halvings: steps at most; 60 bisections halve an interval down to one rounding.
 
     Returns:
         Times (r, 3), ascending, and whether there is a change (r, 3); other times mean nothing.
@@ -41,11 +44,22 @@ def sign_changes(scalar: Floats, h: Floats | float, halvings: int) -> tuple[Floa
         return times, changes
     low, high, sign = knots[row, column], knots[row, column + 1], positive[row, column]
     c0, c1, c2, c3 = scalar[row].T
+    width = high - low
+    at = 0.5 * (low + high)
     for _ in range(halvings):
-        middle = 0.5 * (low + high)
-        left = (c0 + middle * (c1 + middle * (c2 + middle * c3)) > 0.0) == sign
-        low, high = np.where(left, middle, low), np.where(left, high, middle)
-    times[row, column] = low
+        value = c0 + at * (c1 + at * (c2 + at * c3))
+        left = (value > 0.0) == sign
+        low, high = np.where(left, at, low), np.where(left, high, at)
+        slope = c1 + at * (2.0 * c2 + 3.0 * at * c3)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            step = value / slope
+        done = np.abs(step) <= _CLOSE * width
+        following = at - step
+        inside = (following > low) & (following < high)
+        at = np.where(done, at, np.where(inside, following, 0.5 * (low + high)))
+        if done.all():
+            break
+    times[row, column] = at
     return times, changes
 
 

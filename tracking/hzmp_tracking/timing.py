@@ -160,9 +160,10 @@ def _at_once(
     if moving:
         window = (0, len(chain))
         direct = from_state(points[0], velocity, acceleration, points[-1], limits, window)
-        trial = proved(direct, chain, vias, limits)
-        if holds(trial):
-            return trial
+        if _may_lie_in(direct, chain):
+            trial = proved(direct, chain, vias, limits)
+            if holds(trial):
+                return trial
     elif len(chain) == 1:
         return proved(polyline(points, (0, 1), limits), chain, vias, limits)
     old = None if known is None else proved(known, chain, vias, limits)
@@ -175,6 +176,14 @@ def _at_once(
         new = proved(spline, chain, vias, limits)
         safe += [new] if holds(new) else []
     return min(safe, key=lambda trajectory: trajectory.duration, default=None)
+
+
+def _may_lie_in(pieces: Pieces, cells: tuple[Polytope, ...]) -> bool:
+    """Whether the ends and middles of all pieces are in one of the cells each: necessary only."""
+    times = np.concatenate([0.5 * pieces.durations, pieces.durations])[:, None]
+    c = np.concatenate([pieces.coefficients, pieces.coefficients]).transpose(1, 0, 2)
+    at = c[0] + times * (c[1] + times * (c[2] + times * c[3]))
+    return bool((np.min([cell.violation(at) for cell in cells], axis=0) <= WAYPOINT_TOL).all())
 
 
 def _splines(
