@@ -51,9 +51,10 @@ class Sweeps:
         reach = speed * slabs.step * np.arange(1, len(slabs.b) + 1)
         meets = apart <= reach[:, None]
         self._begin = slabs.start + slabs.step * meets.argmax(axis=0)
-        for number, time in met.items():
-            self._begin[number] = max(self._begin[number], time - _LEAD)
         latest = slabs.start + slabs.step * len(slabs.b)
+        for number, time in met.items():
+            if time < latest:
+                self._begin[number] = max(self._begin[number], time - _LEAD)
         self._span = np.where(meets.any(axis=0), (latest - self._begin).clip(0.0, _SWEPT), 0.0)
 
     def around(self, goal: Floats, *, closely: bool) -> Hulls:
