@@ -2,7 +2,7 @@
 
 A point seen at x with velocity v is at x + v s after s seconds, to within
 
-    u(s) = a t^2 / 2 + w (s - t) + a o s / 2,    t = min(s, w / a)
+    u(s) = a t^2 / 2 + w (s - t) + min(a o / 2, w) s,    t = min(s, w / a)
 
 if its acceleration is at most a and its velocity changes by at most w: the first two for what it
 does from now on, the third for a velocity that is the mean over the last o seconds. Turning takes
@@ -62,9 +62,9 @@ class ConstantVelocity:
         s, a = np.maximum(time - self.time, 0.0), self._acceleration
         grows = np.minimum(s, self._speed_change / a if a > 0.0 else 0.0)
         own = a * grows * (s - 0.5 * grows)
-        turned = 0.5 * self._turning * s**2
-        seen = 0.5 * (a + self._turning) * self._age * s
-        return np.asarray(self._uncertainty + own + turned + seen)
+        seen = min(0.5 * a * self._age, self._speed_change) * s
+        turned = 0.5 * self._turning * s * (s + self._age)
+        return np.asarray(self._uncertainty + own + seen + turned)
 
     # Each bound is convex in time, and so largest at one of the ends.
 

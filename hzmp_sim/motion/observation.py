@@ -10,8 +10,8 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_sim.scene.scene import Scene
 
-_JUMP = 0.5  # [m] a step shorter than this is no jump,
-_LEAP = 5.0  # nor one that is less than so many times as long as the speed before suggests
+_JUMP = 10.0  # [m/s] nothing that is slower jumps,
+_LEAP = 5.0  # nor what is less than so many times as fast as before
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +60,10 @@ class Observer:
         age = time - last.time
         velocity = (corners - last.corners) / age
         # What jumps goes on as it did before.
-        step = np.linalg.norm(corners - last.corners, axis=2).max(axis=1)
-        usual = np.linalg.norm(last.velocity, axis=2).max(axis=1) * age
-        jumps = step > np.maximum(_JUMP, _LEAP * usual)
+        speed, before = (
+            np.linalg.norm(each, axis=2).max(axis=1) for each in (velocity, last.velocity)
+        )
+        jumps = speed > np.maximum(_JUMP, _LEAP * before)
         velocity = np.where(jumps[:, None, None], last.velocity, velocity)
         self._last = Observation(time, corners, velocity, age)
         return self._last

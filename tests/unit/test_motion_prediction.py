@@ -240,3 +240,60 @@ def test_the_tape_is_what_a_flight_meets() -> None:
     prediction = predictor.predict(truth.data, truth.time)
     assert prediction.known.all()
     assert prediction.broken(truth.data, truth.time) == []
+
+
+def test_what_changes_its_speed_by_little_is_known_for_longer() -> None:
+    """Bounds hold for points whose velocity changes by 0.3 m/s at once, and no more."""
+    scene = hz.load_scene(
+        mujoco.MjSpec.from_string(WORLD),
+        "point",
+        motion=hz.MotionScript(
+            motions=[
+                hz.Motion(
+                    body="cart",
+                    path=hz.Waypoints(
+                        times=[0.0, 1.0, 3.0],
+                        positions=[[-3, -3, 1], [-2, -3, 1], [0.6, -3, 1]],  # 1, then 1.3 m/s
+                    ),
+                    announced=False,
+                )
+            ]
+        ),
+    )
+    truth, predictor = Truth(scene), hz.Predictor(scene, 1e6, speed_change=0.3001)
+    assert not predictor.ready(truth.data, 0.0)  # nothing is known of its velocity
+    while truth.time < 0.998:
+        truth.step()
+    assert predictor.ready(truth.data, truth.time)
+    prediction = predictor.predict(truth.data, truth.time)
+    row = [item.name for item in scene.moving].index("cart")
+    slabs = prediction.slabs(truth.time, 0.05, 40)
+    more = hz.Predictor(scene)
+    more.observe(flown(scene), 0.0)
+    looser = more.predict(truth.data, truth.time).slabs(truth.time, 0.05, 40)
+    width = (slabs.b[-1, row, :2].sum(), looser.b[-1, row, :2].sum())
+    assert width[1] - width[0] > 4.0  # 1.2 m and not 6 m on both sides, after 2 s
+    while truth.time < 2.9:
+        k = int((truth.time - slabs.start) / slabs.step)
+        assert check(truth, truth.data, row, slabs.A[row], slabs.b[k, row]) >= -1e-7
+        assert prediction.broken(truth.data, truth.time) == []
+        truth.step()
+
+
+def test_what_jumps_goes_on_as_before_its_jump() -> None:
+    places = [[-3, -3, 1], [-1.99, -3, 1], [3, 3, 1], [3, 2, 1]]
+    path = hz.Waypoints(times=[0.0, 1.01, 1.01, 2.0], positions=places)
+    motion = hz.Motion(body="cart", path=path, announced=False)
+    scene = hz.load_scene(
+        mujoco.MjSpec.from_string(WORLD), "point", motion=hz.MotionScript(motions=[motion])
+    )
+    truth, predictor = Truth(scene), hz.Predictor(scene)
+    row = [item.name for item in scene.moving].index("cart")
+    while truth.time < 1.02:
+        if truth.steps % 25 == 0:
+            predictor.observe(truth.data, truth.time)
+        truth.step()
+    while truth.steps % 25:
+        truth.step()
+    seen = predictor.observe(truth.data, truth.time)
+    np.testing.assert_allclose(seen.velocity[row].mean(axis=0), [1.0, 0.0, 0.0], atol=1e-9)
