@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hzmp_sim.motion.hulls import Hulls
 
 _ROUNDS = 4  # of cutting out what a path passes through, before all of it is cut out
+_KEPT = 6  # spaces with something cut out, for the next decisions
 _RENEWED = 10  # decisions, after which nothing of the last ones is used
 
 
@@ -54,6 +55,7 @@ class Router:
         self._age = 0
         self._start: Floats | None = None
         self._static: dict[bytes, Route | None] = {}
+        self._cut: dict[bytes, FreeSpace] = {}
 
     def static(self, start: Floats, goal: Floats) -> Route | None:
         """A short path among what stands still; None where start or goal (n,) is not free."""
@@ -106,8 +108,16 @@ class Router:
         """A short path where the chosen obstacles are cut out."""
         if not chosen:
             return self.static(start, goal)
-        cut = [hull for i in sorted(chosen) if (hull := moving[i]) is not None]
-        return _first(self._space.with_obstacles(cut), start, goal, self._known)
+        rows = np.array(sorted(chosen), dtype=np.int64)
+        key = moving.A[rows].tobytes() + moving.b[rows].tobytes()
+        space = self._cut.pop(key, None)
+        if space is None:
+            cut = [hull for i in rows.tolist() if (hull := moving[i]) is not None]
+            space = self._space.with_obstacles(cut)
+        self._cut[key] = space
+        if len(self._cut) > _KEPT:
+            del self._cut[next(iter(self._cut))]
+        return _first(space, start, goal, self._known)
 
     def _met_again(self, start: Floats, moving: Hulls) -> tuple[set[int], list[Floats]]:
         """What the paths that were tried last meet, one after the other, and these paths."""

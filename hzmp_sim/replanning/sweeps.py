@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from hzmp_sim.motion.source import Slabs
 
 _SWEPT = 0.8  # [s] for which an obstacle stays in the way of a path
+_GRID = 0.2  # [s] of the times at which that begins and ends
+_GRID_TOL = 1e-9
 _LEAD = 0.3  # [s] of that, before an obstacle was met
 _HALVINGS = 3  # of that time, where the body itself would be in what is swept
 
@@ -55,7 +57,11 @@ class Sweeps:
         for number, time in met.items():
             if time < latest:
                 self._begin[number] = max(self._begin[number], time - _LEAD)
-        self._span = np.where(meets.any(axis=0), (latest - self._begin).clip(0.0, _SWEPT), 0.0)
+        end = np.minimum(self._begin + _SWEPT, latest)
+        # On a grid: what is swept is often the same as in the last decision.
+        self._begin = _GRID * np.floor(self._begin / _GRID + _GRID_TOL)
+        end = _GRID * np.ceil(end / _GRID - _GRID_TOL)
+        self._span = np.where(meets.any(axis=0), np.maximum(end - self._begin, 0.0), 0.0)
 
     def around(self, goal: Floats, *, closely: bool) -> Hulls:
         """Convex sets for obstacles that could be met; they hold neither position nor goal (n,).
