@@ -82,6 +82,16 @@ def test_chained_updates_are_fresh_decompositions(seeds: range) -> None:
 
 
 @pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("count", [1, 5, 30])
+@pytest.mark.parametrize("kind", ["grid", "loose grid", "rotated"])
+def test_any_number_of_obstacles_comes_at_once(kind: str, n: int, count: int) -> None:
+    rng = np.random.default_rng(count)
+    world = random_world(rng, kind, n, count)
+    empty = FreeSpace.decompose((world.lo, world.hi))
+    check_against_fresh(empty.with_obstacles(world.obstacles), rng)
+
+
+@pytest.mark.parametrize("n", [2, 3])
 def test_leaves_out_of_reach_are_taken_over(n: int) -> None:
     """A leaf that no new obstacle meets keeps its half-spaces and vertices to the last bit."""
     rng = np.random.default_rng(n)

@@ -39,14 +39,10 @@ def build_leaf_graph(
         fresh: only faces of these leaves are looked for, shape (N,); all when not given.
     """
     tol = FACE_TOL * scale
-    owner, planes = whole.facet_owner, whole.facets >> 1
-    sought = np.ones(len(planes), dtype=np.bool_)
-    if fresh is not None:
-        has_fresh = np.zeros(len(table.offsets), dtype=np.bool_)
-        has_fresh[planes[fresh[owner]]] = True
-        sought = has_fresh[planes]
-    rows = sought.nonzero()[0]
-    plane, owner, is_below = planes[rows], owner[rows], (whole.facets[rows] & 1).astype(np.bool_)
+    owner, codes = whole.facet_owner, whole.facets
+    opposed = _opposed(codes, None if fresh is None else fresh[owner], len(table.offsets))
+    rows, planes = opposed.nonzero()[0], codes >> 1
+    plane, owner, is_below = planes[rows], owner[rows], (codes[rows] & 1).astype(np.bool_)
     polygons = outlines(whole, table.normals[planes], rows)
     dropped = np.abs(table.normals[plane]).argmax(axis=1)
     below, above = _candidates(polygons, plane, is_below, dropped, tol)
@@ -74,6 +70,18 @@ def build_leaf_graph(
         normals[rows],
         offsets[rows],
     )
+
+
+def _opposed(codes: Ints, fresh: Bools | None, planes: int) -> Bools:
+    """Which facets have another on the other side of their plane, one of the two fresh."""
+    known = np.zeros(2 * planes, dtype=np.bool_)
+    known[codes] = True
+    opposed = known[codes ^ 1]
+    if fresh is not None:
+        known[:] = False
+        known[codes[fresh]] = True
+        opposed &= fresh | known[codes ^ 1]
+    return np.asarray(opposed)
 
 
 def _candidates(

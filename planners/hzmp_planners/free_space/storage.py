@@ -15,6 +15,7 @@ from hzmp_planners._arrays import Floats, Ints, frozen
 from hzmp_planners._files import written_whole
 from hzmp_planners._ragged import starts_of
 from hzmp_planners.errors import ShapeError
+from hzmp_planners.free_space.blocks import Blocks
 from hzmp_planners.free_space.complexes import Complex
 from hzmp_planners.free_space.cover import Cover
 from hzmp_planners.free_space.cut_tree import CutTree
@@ -22,7 +23,7 @@ from hzmp_planners.free_space.leaf_graph import LeafGraph
 from hzmp_planners.free_space.planes import PlaneTable
 from hzmp_planners.free_space.polygons import Polygons
 from hzmp_planners.free_space.polyhedra import Polyhedra
-from hzmp_planners.free_space.world import Blocks, World
+from hzmp_planners.free_space.world import World
 from hzmp_planners.sets import Polytope
 
 if TYPE_CHECKING:

@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
-from hzmp_planners._ragged import counts_of, distinct, spans, starts_of
+from hzmp_planners._ragged import counts_of, distinct, spans
 from hzmp_planners.constants import PLANE_TOL
-from hzmp_planners.free_space.box_pairs import are_boxes, common_boxes
-from hzmp_planners.free_space.boxes import box_cell, overlapping_bounds
-from hzmp_planners.free_space.cells import Cells, clip, join_cells
+from hzmp_planners.free_space.blocks import Blocks, blocks_of, common_parts, facet_corners
+from hzmp_planners.free_space.boxes import box_cell
+from hzmp_planners.free_space.carving import Cuts, carve
+from hzmp_planners.free_space.cells import Cells, join_cells
 from hzmp_planners.free_space.complexes import Complex, empty_complex
 from hzmp_planners.free_space.cut_tree import CutTree
 from hzmp_planners.free_space.merge import merge_convex_unions
@@ -24,50 +25,7 @@ from hzmp_planners.free_space.partition import Partition, partition
 from hzmp_planners.free_space.planes import PlaneTable
 from hzmp_planners.sets import Polytope
 
-
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """The obstacles of a world as lists of half-spaces."""
-
-    codes: Ints
-    """Half-spaces of all obstacles, end to end."""
-    starts: Ints
-    """Shape (m + 1,)."""
-    lows: Floats
-    """Lowest coordinates of each obstacle, shape (m, n) [m]."""
-    highs: Floats
-    """Highest coordinates of each obstacle, shape (m, n) [m]."""
-
-    def __len__(self) -> int:
-        return len(self.lows)
-
-    def take(self, rows: Ints) -> Blocks:
-        """Some of the obstacles, in the given order."""
-        counts = counts_of(self.starts)[rows]
-        codes = self.codes[spans(self.starts[rows], counts)]
-        return Blocks(codes, starts_of(counts), self.lows[rows], self.highs[rows])
-
-    def joined(self, other: Blocks) -> Blocks:
-        """These obstacles, then the others."""
-        return Blocks(
-            np.concatenate([self.codes, other.codes]),
-            np.concatenate([self.starts, other.starts[1:] + self.starts[-1]]),
-            np.concatenate([self.lows, other.lows]),
-            np.concatenate([self.highs, other.highs]),
-        )
-
-    def near(self, lows: Floats, highs: Floats, tol: float) -> tuple[Ints, Ints]:
-        """Pairs (cell, obstacle) whose bounds overlap by more than the tolerance."""
-        return overlapping_bounds(lows, highs, self.lows, self.highs, tol)
-
-    def common(
-        self, cells: Cells, cell: Ints, block: Ints, table: PlaneTable, tol: float
-    ) -> tuple[Cells, Ints, Ints]:
-        """What pairs of a cell and an obstacle have in common, and which two each part is of."""
-        chosen = self.take(block)
-        A, b = table.halfspaces(chosen.codes)
-        parts, origin = clip(cells.take(cell), A, b, chosen.codes, chosen.starts, tol)
-        return parts, cell[origin], block[origin]
+_FEW = 8  # obstacles near one cell, above which it pays to look for the best cuts
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +54,7 @@ def build_world(lo: Floats, hi: Floats, obstacles: Sequence[Polytope], scale: fl
     """Decompose a box minus obstacles that all have an interior."""
     n, eye = lo.size, np.eye(lo.size)
     workspace = (np.concatenate([eye, -eye]), np.concatenate([hi, -lo]))
-    table, walls, blocks = _blocks(PlaneTable.empty(n, scale), obstacles, *workspace)
+    table, walls, blocks = blocks_of(PlaneTable.empty(n, scale), obstacles, *workspace)
     box = box_cell(lo, hi, walls)
     tol = PLANE_TOL * scale
     cell, block = blocks.near(lo[None], hi[None], tol)
@@ -115,23 +73,29 @@ def add_obstacles(world: World, obstacles: Sequence[Polytope]) -> tuple[World, I
         fresh leaves follow the kept ones.
     """
     tol = world.tol
-    table, _, blocks = _blocks(world.table, obstacles, np.zeros((0, world.leaves.n)), np.zeros(0))
+    table, _, blocks = blocks_of(world.table, obstacles, np.zeros((0, world.leaves.n)), np.zeros(0))
     cell, block = blocks.near(*world.leaves.bounds, tol)
     candidates = distinct(cell)
     rank = np.searchsorted(candidates, cell)
     cells = cells_of(world.leaves.take(candidates), table, tol)
-    part, touched = _carve(cells, rank, block, blocks, table, tol)
+    many = bool(np.bincount(rank).max(initial=0) > _FEW)
+    if many:
+        part, touched, trees = _partitioned(cells, rank, block, blocks, table, tol)
+    else:
+        part, touched = _carved(cells, rank, block, blocks, obstacles, table, tol)
+        trees = touched
     touched = candidates[touched]
     kept = np.ones(len(world.leaves), dtype=np.bool_)
     kept[touched] = False
     number = np.where(kept, kept.cumsum() - 1, -1)
     rest = int(kept.sum())
-    pieces, leaf = world.leaves.with_cells(part.free, world.scale)
-    merged, joined = merge_convex_unions(pieces, table, world.scale)
-    names = _composed(leaf, joined)
+    pieces, names = world.leaves.with_cells(part.free, world.scale)
+    if many:
+        pieces, joined = merge_convex_unions(pieces, table, world.scale)
+        names = _composed(names, joined)
     tree = _numbered(part, np.where(names >= 0, names + rest, -1), len(world.blockers))
     root = np.full(len(world.leaves), -1)
-    root[touched] = np.arange(len(touched))
+    root[touched] = trees
     ends = (world.tree.pieces >= 0).nonzero()[0]
     ends = ends[root[world.tree.pieces[ends]] >= 0]
     roots = root[world.tree.pieces[ends]]
@@ -139,7 +103,7 @@ def add_obstacles(world: World, obstacles: Sequence[Polytope]) -> tuple[World, I
         world.scale,
         table,
         world.blocks.joined(blocks),
-        world.leaves.take(kept.nonzero()[0]).joined(merged),
+        world.leaves.take(kept.nonzero()[0]).joined(pieces),
         world.tree.renamed(number).grafted(ends, tree, roots),
         (*world.solid, part.solid),
         np.concatenate([world.blockers, part.blockers + len(world.blocks)]),
@@ -193,55 +157,38 @@ def reorder_obstacles(world: World, order: Ints) -> World:
     return replace(world, blocks=world.blocks.take(order), blockers=place[world.blockers])
 
 
-def _blocks(
-    table: PlaneTable, obstacles: Sequence[Polytope], A: Floats, b: Floats
-) -> tuple[PlaneTable, Ints, Blocks]:
-    """Half-spaces A x <= b, then obstacles, in terms of a table that has their planes too."""
-    normals = np.concatenate([A, *(block.A for block in obstacles)])
-    offsets = np.concatenate([b, *(block.b for block in obstacles)])
-    table, codes = table.extended(normals, offsets)
-    hulls = [block.interval_hull() for block in obstacles]
-    bounds = np.array(hulls).reshape(-1, 2, A.shape[1])
-    starts = starts_of(np.array([len(block.b) for block in obstacles], dtype=np.int64))
-    blocks = Blocks(codes[len(b) :], starts, bounds[:, 0], bounds[:, 1])
-    return table, codes[: len(b)], blocks
-
-
 def _partition(
     cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
 ) -> Partition:
     return partition(cells, *blocks.common(cells, cell, block, table, tol), table, tol)
 
 
-def _common(
+def _partitioned(
     cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
-) -> tuple[Cells, Ints, Ints]:
-    """`Blocks.common` for cells whose facets are half-spaces; two boxes are not clipped."""
-    plain = are_boxes(cells.facets, cells.facet_starts, table)[cell]
-    plain &= are_boxes(blocks.codes, blocks.starts, table)[block]
-    quick, slow = plain.nonzero()[0], (~plain).nonzero()[0]
-    boxes, rows = common_boxes(
-        cells, cell[quick], blocks.codes, blocks.starts, block[quick], table, tol
-    )
-    homes, obstacles = cell[quick[rows]], block[quick[rows]]
-    if not len(slow):
-        return boxes, homes, obstacles
-    others, *of = blocks.common(cells, cell[slow], block[slow], table, tol)
-    return (
-        join_cells([boxes, others]),
-        np.concatenate([homes, of[0]]),
-        np.concatenate([obstacles, of[1]]),
-    )
-
-
-def _carve(
-    cells: Cells, cell: Ints, block: Ints, blocks: Blocks, table: PlaneTable, tol: float
-) -> tuple[Partition, Ints]:
-    """Partition only the cells that an obstacle meets; and which these are."""
-    parts, home, obstacle = _common(cells, cell, block, blocks, table, tol)
+) -> tuple[Partition, Ints, Ints]:
+    """Partition only the cells that an obstacle meets; which these are, and the tree of each."""
+    parts, home, obstacle = common_parts(cells, cell, block, blocks, table, tol)
     touched = distinct(home)
     home = np.searchsorted(touched, home)
-    return partition(cells.take(touched), parts, home, obstacle, table, tol), touched
+    part = partition(cells.take(touched), parts, home, obstacle, table, tol)
+    return part, touched, np.arange(len(touched))
+
+
+def _carved(
+    cells: Cells,
+    cell: Ints,
+    block: Ints,
+    blocks: Blocks,
+    obstacles: Sequence[Polytope],
+    table: PlaneTable,
+    tol: float,
+) -> tuple[Partition, Ints]:
+    """Carve the cells; and which of them an obstacle meets. There is a tree for each cell."""
+    counts = counts_of(blocks.starts)[block]
+    facet = spans(blocks.starts[block], counts)
+    pairs = cell.repeat(counts), block.repeat(counts)
+    cuts = Cuts.between(cells, *pairs, facet, blocks.codes[facet], table)
+    return carve(cells, cuts, facet_corners(obstacles), table, tol)
 
 
 def _composed(first: Ints, then: Ints) -> Ints:

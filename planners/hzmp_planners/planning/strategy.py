@@ -97,11 +97,12 @@ def offer_at_once(attempt: Attempt, space: FreeSpace, known: Floats | None) -> N
     """
     if _offer_straight(attempt) or attempt.bound == math.inf:
         return
-    offer_first(attempt, space)
     if space.n == 2 and space.disjoint:
         over = _run_plane(attempt, _plane(attempt, space), math.inf, _AT_ONCE)
         if over and not attempt.has_veto:
             return  # no path is shorter
+    if attempt.route is None:
+        offer_first(attempt, space)
     if known is not None:
         offer_swept(attempt, space, known)
 

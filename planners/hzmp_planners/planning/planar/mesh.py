@@ -6,12 +6,14 @@ Numbers that are used one by one are several times faster in lists than in array
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._links import component_labels
+from hzmp_planners._ragged import order_by, starts_of
 from hzmp_planners.constants import SPLINTER_TOL
 from hzmp_planners.free_space import FreeSpace
 
@@ -44,24 +46,31 @@ def build_mesh(space: FreeSpace) -> Mesh:
     """
     graph = space.graph
     number, first = _corner_numbers(space)
-    exits: list[list[Exit]] = [[] for _ in range(len(space))]
     left = np.column_stack([-graph.normals[:, 1], graph.normals[:, 0]])
     along = graph.corners[:, 0] - graph.corners[:, 1]
-    rows = zip(
-        graph.ends.tolist(),
-        graph.corners.tolist(),
-        number.reshape(-1, 2).tolist(),
-        (np.einsum("fn,fn->f", along, left) > 0.0).tolist(),
-        strict=True,
+    a_is_left = np.einsum("fn,fn->f", along, left) > 0.0
+    # Seen from the first leaf of a face, then from the second: which end is on the left.
+    left_end = np.column_stack([~a_is_left, a_is_left]).ravel() + 2 * (
+        np.arange(2 * len(graph)) >> 1
     )
-    for face, ((i, j), (a, b), (a_number, b_number), a_is_left) in enumerate(rows):
-        one, two = (a[0], a[1], a_number), (b[0], b[1], b_number)
-        if not a_is_left:
-            one, two = two, one
-        exits[i].append((face, j, *one, *two))
-        exits[j].append((face, i, *two, *one))
-    corners = graph.corners.reshape(-1, 2)[first]
-    return Mesh(exits, corners, graph.ends[first >> 1, 0], space.scale)
+    leaf = graph.ends.ravel()
+    order = order_by(leaf, len(space))
+    one, points = left_end[order], graph.corners.reshape(-1, 2)
+    two = one ^ 1
+    exits = list(
+        zip(
+            (order >> 1).tolist(),
+            leaf[order ^ 1].tolist(),
+            *points[one].T.tolist(),
+            number[one].tolist(),
+            *points[two].T.tolist(),
+            number[two].tolist(),
+            strict=True,
+        )
+    )
+    starts = starts_of(np.bincount(leaf, minlength=len(space))).tolist()
+    by_leaf = [exits[begin:end] for begin, end in pairwise(starts)]
+    return Mesh(by_leaf, points[first], graph.ends[first >> 1, 0], space.scale)
 
 
 def _corner_numbers(space: FreeSpace) -> tuple[Ints, Ints]:
@@ -75,17 +84,27 @@ def _corner_numbers(space: FreeSpace) -> tuple[Ints, Ints]:
     none = np.zeros(0, dtype=np.int64)
     if not space.obstacles or not len(ends):
         return number, none
-    vertices = np.concatenate([block.vertices() for block in space.obstacles])
+    # Most ends are copies of a few vertices, to the last bit.
+    _, first, copy = np.unique(
+        np.ascontiguousarray(ends).view(np.complex128), return_index=True, return_inverse=True
+    )
+    vertices, points = np.concatenate([block.vertices() for block in space.obstacles]), ends[first]
     reach = SPLINTER_TOL * space.scale
-    distance, _ = cKDTree(vertices).query(ends, distance_upper_bound=reach)
-    bends = np.flatnonzero(distance <= reach)
-    same = cKDTree(ends[bends]).query_pairs(_ONE_POINT * space.scale, output_type="ndarray")
-    place = component_labels(same, len(bends))
-    keys = (place[:, None] * graph.leaf_count + graph.ends[bends >> 1]).ravel()
-    _, key = np.unique(keys, return_inverse=True)
+    distance, _ = cKDTree(vertices).query(points, distance_upper_bound=reach)
+    near = np.flatnonzero(distance <= reach)
+    same = cKDTree(points[near]).query_pairs(_ONE_POINT * space.scale, output_type="ndarray")
+    place = np.full(len(points), -1)
+    place[near] = component_labels(same, len(near))
+    place = place[copy.ravel()]
+    bends = (place >= 0).nonzero()[0]
+    # Two ends at one place are linked by a leaf that both are of.
     count = len(bends)
-    links = np.column_stack([np.repeat(np.arange(count), 2), count + key.ravel()])
+    keys = (place[bends, None] * graph.leaf_count + graph.ends[bends >> 1]).ravel()
+    _, key = np.unique(keys, return_inverse=True)
+    links = np.column_stack([np.arange(2 * count) >> 1, count + key.ravel()])
     labels = component_labels(links, count + int(key.max(initial=-1)) + 1)[:count]
-    _, first, label = np.unique(labels, return_index=True, return_inverse=True)
-    number[bends] = label.ravel()
-    return number, bends[first]
+    number[bends] = labels
+    # The first end of each corner is written last.
+    corner = np.zeros(int(labels.max(initial=-1)) + 1, dtype=np.int64)
+    corner[labels[::-1]] = bends[::-1]
+    return number, corner
