@@ -13,9 +13,9 @@ import numpy as np
 from hzmp_planners._arrays import Floats, Ints, finite
 from hzmp_planners.errors import QueryError
 from hzmp_planners.free_space import FreeSpace
-from hzmp_planners.free_space.grow import grow_leaves
 from hzmp_planners.planning.certificate import Certificate
 from hzmp_planners.planning.planar.certificate import CornerCertificate
+from hzmp_planners.planning.prepared import prepared
 from hzmp_planners.sets import Ellipsotope, Polytope
 
 
@@ -85,9 +85,9 @@ class Plan:
             raise QueryError(f"count must not be negative, got {count}")
         first = path[:count]
         toward = [
-            [path[j] for j in (k - 1, k + 1) if 0 <= j < len(path)] for k in range(len(first))
+            tuple(path[j] for j in (k - 1, k + 1) if 0 <= j < len(path)) for k in range(len(first))
         ]
-        return grow_leaves(space, first, toward)
+        return prepared(space).grown(first, toward)
 
     def interpolated(self, spacing: float) -> tuple[Floats, Ints]:
         """The same path with more waypoints: neighbours are at most `spacing` [m] apart.
