@@ -282,23 +282,24 @@ def update_leaf_graph(
         scale: unit of the tolerances [m].
     """
     ends = number[graph.ends]
-    stays = np.asarray(np.all(ends >= 0, axis=1))
-    beside = distinct(ends[(ends >= 0) & ~stays[:, None]])
+    one, two = ends[:, 0] >= 0, ends[:, 1] >= 0
+    kept = (one & two).nonzero()[0]
+    beside = distinct(ends[one ^ two].max(axis=1))
     first = int(number.max(initial=-1)) + 1
     nearby = np.concatenate([beside, np.arange(first, len(whole))])
     fresh = build_leaf_graph(whole.take(nearby), table, scale, nearby >= first)
-    kept = stays.nonzero()[0]
     width = max(graph.corners.shape[1], fresh.corners.shape[1])
-    padded = [
-        corners
-        if corners.shape[1] == width
-        else corners.take(np.minimum(np.arange(width), corners.shape[1] - 1), axis=1)
-        for corners in (graph.corners[kept], fresh.corners)
-    ]
+    corners = np.empty((len(kept) + len(fresh), width, whole.n))
+    for part, rows in (
+        (corners[: len(kept)], graph.corners.take(kept, axis=0)),
+        (corners[len(kept) :], fresh.corners),
+    ):
+        size = rows.shape[1]
+        part[:, :size], part[:, size:] = rows, rows[:, -1:]
     return LeafGraph(
         len(whole),
         frozen(np.concatenate([ends[kept], nearby[fresh.ends]])),
-        frozen(np.concatenate(padded)),
+        frozen(corners),
         frozen(np.concatenate([graph.sizes[kept], fresh.sizes])),
         frozen(np.concatenate([graph.normals[kept], fresh.normals])),
         frozen(np.concatenate([graph.offsets[kept], fresh.offsets])),
