@@ -206,13 +206,10 @@ def _common_polygons(
         normals: of each polygon, shape (m, 3).
         tol: of the clipping [m].
     """
-    count, starts = len(one), polygons.vertex_starts
-    A, b = _sides(polygons, normals)
-    sides = counts_of(starts)[two]
-    rows = spans(starts[two], sides)
-    real = A[rows].any(axis=1)
-    pair, rows = np.arange(count).repeat(sides)[real], rows[real]
-    lists = starts_of(np.bincount(pair, minlength=count))
+    count, others = len(one), polygons.take(two)
+    A, b = _sides(others, normals[two])
+    rows = A.any(axis=1).nonzero()[0]
+    lists = starts_of(np.bincount(others.vertex_owner[rows], minlength=count))
     faces, kept = clip(polygons.take(one), A[rows], b[rows], rows, lists, tol)
     found = np.zeros(count, dtype=np.bool_)
     found[kept] = True
