@@ -208,7 +208,7 @@ def _common_polygons(
     """
     count, others = len(one), polygons.take(two)
     A, b = _sides(others, normals[two])
-    rows = A.any(axis=1).nonzero()[0]
+    rows = np.flatnonzero(A.any(axis=1))
     lists = starts_of(np.bincount(others.vertex_owner[rows], minlength=count))
     faces, kept = clip(polygons.take(one), A[rows], b[rows], rows, lists, tol)
     found = np.zeros(count, dtype=np.bool_)
