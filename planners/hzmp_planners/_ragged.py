@@ -49,6 +49,17 @@ def distinct(keys: Ints) -> Ints:
     return keys[runs_of(keys)[:-1]]
 
 
+def distinct_points(points: Floats) -> tuple[Ints, Ints]:
+    """The first of each set of points that agree to the last bit, and the set of each point."""
+    order = np.lexsort(points.T)
+    ordered = points.take(order, axis=0)
+    begins = np.ones(len(order), dtype=np.bool_)
+    begins[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    group = np.empty_like(order)
+    group[order] = begins.cumsum() - 1
+    return order[begins], group
+
+
 def order_by(group: Ints, count: int) -> Ints:
     """The stable order of entries by their group, a number below `count`.
 

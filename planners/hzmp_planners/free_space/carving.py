@@ -45,10 +45,9 @@ class Cuts:
     ) -> Cuts:
         """Those of obstacles that are not beyond a wall of their cell; the walls are no cuts."""
         width = 2 * len(table.offsets)
-        walls = cells.facet_owner * width + cells.facets
+        walls = np.sort(cells.facet_owner * width + cells.facets)
         keys = cell * width + code
-        beyond = np.isin(keys ^ 1, walls)
-        on_wall = np.isin(keys, walls)
+        beyond, on_wall = _among(keys ^ 1, walls), _among(keys, walls)
         cuts = cls(cell, obstacle, facet, code, ~on_wall, np.zeros(len(cell), dtype=np.bool_))
         if beyond.any():
             pairs = runs_of(cell * (int(obstacle.max()) + 1) + obstacle)
@@ -156,6 +155,12 @@ def _passing(pieces: Cells, cuts: Cuts, table: PlaneTable, tol: float) -> tuple[
     blocker[cuts.cell[filled]] = cuts.obstacle[filled]
     rows = (passes & ~outside.repeat(counts_of(pairs))).nonzero()[0]
     return rows, beyond[rows], blocker
+
+
+def _among(keys: Ints, ascending: Ints) -> Bools:
+    """Which keys are in a list; np.isin sorts it each time."""
+    place = np.minimum(np.searchsorted(ascending, keys), len(ascending) - 1)
+    return ascending[place] == keys if len(ascending) else np.zeros(len(keys), dtype=np.bool_)
 
 
 def _elsewhere(

@@ -13,6 +13,7 @@ from hzmp_planners._links import component_labels
 from hzmp_planners._ragged import (
     counts_of,
     distinct,
+    distinct_points,
     owners_of,
     reduced,
     runs_of,
@@ -126,7 +127,9 @@ class Complex:
             left out.
         """
         tol = 4.0 * PLANE_TOL * scale
-        points, known = cells.vertices, len(self.vertices)
+        # Most points come from several cells, alike to the last bit.
+        single, copy = distinct_points(cells.vertices)
+        points, known = cells.vertices.take(single, axis=0), len(self.vertices)
         number = np.full(len(points), -1)
         if known and len(points):
             distance, row = self._tree.query(points, distance_upper_bound=tol)
@@ -138,6 +141,7 @@ class Complex:
         first = np.zeros(int(labels.max(initial=-1)) + 1, dtype=np.int64)
         first[labels[::-1]] = fresh[::-1]  # the first of each cluster is written last
         vertices = np.concatenate([self.vertices, points[first]])
+        number = number[copy]
         leaf, code, vertex = cells.incidence()
         whole = from_incidence(frozen(vertices), leaf, code, number[vertex], len(cells))
         bounded = counts_of(whole.leaf_starts) > whole.n

@@ -87,6 +87,15 @@ class LeafGraph:
         faces, starts = self._by_leaf
         return faces[starts[leaf] : starts[leaf + 1]]
 
+    def joining(self, one: Ints, two: Ints) -> tuple[Ints, Ints]:
+        """The faces between leaves one[i] and two[i] != one[i]: faces, and the i of each."""
+        faces, starts = self._by_leaf
+        counts = counts_of(starts)[one]
+        beside = faces[spans(starts[one], counts)]
+        pair = np.arange(len(one)).repeat(counts)
+        joins = (self.ends[beside] == two[pair, None]).any(axis=1).nonzero()[0]
+        return beside[joins], pair[joins]
+
     @cached_property
     def faces_of(self) -> tuple[Ints, ...]:
         """Indices of the faces of each leaf."""

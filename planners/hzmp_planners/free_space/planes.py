@@ -53,11 +53,8 @@ class PlaneTable:
         codes = self._known(keys[first])
         fresh = (codes < 0).nonzero()[0]
         rows = first[fresh]
-        plane, side = _clustered(keys[rows])
-        leaders = np.zeros(0, dtype=np.int64)
-        if len(rows):
-            _, leaders = np.unique(plane, return_index=True)
-            codes[fresh] = 2 * (plane + len(self.offsets)) + side
+        plane, side, leaders = _clustered(keys[rows])
+        codes[fresh] = 2 * (plane + len(self.offsets)) + side
         table = PlaneTable(
             frozen(np.concatenate([self.normals, A[rows[leaders]]])),
             frozen(np.concatenate([self.offsets, b[rows[leaders]]])),
@@ -81,10 +78,11 @@ class PlaneTable:
         """Codes of the half-spaces on planes of the table, -1 for others."""
         codes = np.full(len(keys), -1)
         if len(self.offsets):
-            for side, points in ((1, keys), (0, -keys)):
-                distance, plane = self._tree.query(points, distance_upper_bound=_TOL)
-                near = np.isfinite(distance)
-                codes[near] = 2 * np.asarray(plane)[near] + side
+            both = np.concatenate([keys, -keys])
+            distance, plane = self._tree.query(both, distance_upper_bound=_TOL)
+            near = np.isfinite(distance).reshape(2, -1)
+            for side, there, planes in zip((1, 0), near, plane.reshape(2, -1), strict=True):
+                codes[there] = 2 * planes[there] + side
         return codes
 
 
@@ -103,22 +101,28 @@ def _rounded(keys: Floats) -> tuple[Ints, Ints]:
     return first[order], rank[group.ravel()]
 
 
-def _clustered(keys: Floats) -> tuple[Ints, Ints]:
-    """Plane of each half-space, numbered as they appear, and its side: 1 as the first has it."""
-    count = len(keys)
-    if not count:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+def _clustered(keys: Floats) -> tuple[Ints, Ints, Ints]:
+    """The planes of half-spaces, numbered as they appear.
+
+    Returns:
+        The plane of each half-space, its side: 1 as the first one on it, and these first ones.
+    """
+    each = np.arange(len(keys))
+    if not len(keys):
+        return each, each, each
     # Both orientations of every plane are points of one set; those within tolerance are one.
     both = np.concatenate([keys, -keys])
     pairs = cKDTree(both).query_pairs(_TOL, output_type="ndarray")
     if not len(pairs):
-        return np.arange(count), np.ones(count, dtype=np.int64)
+        return each, np.ones_like(each), each
+    count = len(keys)
     labels = component_labels(pairs, 2 * count)
     one, two = labels[:count], labels[count:]
     # A plane is its lower label; the first half-space on it decides which side is which.
     lower = np.minimum(one, two)
     first = np.full(2 * count, count)
-    np.minimum.at(first, lower, np.arange(count))
+    np.minimum.at(first, lower, each)
     leader = first[lower]
-    plane = ((leader == np.arange(count)).cumsum() - 1)[leader]
-    return plane, (one == one[leader]).astype(np.int64)
+    leads = leader == each
+    plane = (leads.cumsum() - 1)[leader]
+    return plane, (one == one[leader]).astype(np.int64), leads.nonzero()[0]

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, spans, starts_of
+from hzmp_planners._ragged import counts_of, order_by, spans, starts_of
 from hzmp_planners.free_space.cells import Cells, crossing_points, sides_of
 
 
@@ -91,7 +91,7 @@ class Polygons(Cells):
         part = 2 * owner.take(corner) + upper
         target = sides.number.take(part)
         starts = starts_of(np.bincount(target, minlength=sides.count + 1)[: sides.count])
-        order = target.argsort(kind="stable")[: starts[-1]]
+        order = order_by(target, sides.count + 1)[: starts[-1]]
         facets = np.where(
             leaves.ravel().take(entry), labels.ravel().take(part), self.facets.take(corner)
         )

@@ -11,7 +11,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hzmp_planners._arrays import Bools, Floats, Ints
-from hzmp_planners._ragged import counts_of, owners_of, runs_of, sorted_along, spans, starts_of
+from hzmp_planners._ragged import (
+    counts_of,
+    order_by,
+    owners_of,
+    runs_of,
+    sorted_along,
+    spans,
+    starts_of,
+)
 from hzmp_planners.free_space.cells import Cells, Sides, crossing_points, sides_of
 
 
@@ -96,10 +104,10 @@ class Polyhedra(Cells):
         )
         facet, side = crossed >> 1, crossed & 1
         part = 2 * self.facet_owner.take(facet) + side
-        names = np.stack([moved[side, facet], caps.take(part)])
+        names = np.array([moved[side, facet], caps.take(part)])
         owner = np.concatenate([*(half.parts for half in halves), sides.number.take(part)])
         _, order, edge_starts = _sorted_places(owner, sides.count)
-        edges = np.concatenate([*(half.ends for half in halves), np.stack([one, two])], axis=1)
+        edges = np.concatenate([*(half.ends for half in halves), np.array([one, two])], axis=1)
         kept = [moved[half.side].take(half.facets) for half in halves]
         parts = Polyhedra(
             vertices,
@@ -139,7 +147,7 @@ class Polyhedra(Cells):
             part = sides.number.take(2 * edge_owner + side)
             edge = ((tails[side] | heads[side]) & (part < sides.count)).nonzero()[0]
             point = cut_point.take(edge)
-            ends = np.stack(
+            ends = np.array(
                 [
                     np.where(outside.take(edge), point, moved.take(end.take(edge)))
                     for end, outside in ((tail, tails[1 - side]), (head, heads[1 - side]))
@@ -222,7 +230,7 @@ def _sorted_places(owner: Ints, count: int) -> tuple[Ints, Ints, Ints]:
 
     Entries of owner `count` are dropped.
     """
-    order = owner.argsort(kind="stable")
+    order = order_by(owner, count + 1)
     place = np.empty(len(order), dtype=np.int64)
     place[order] = np.arange(len(order))
     starts = starts_of(np.bincount(owner, minlength=count + 1)[:count])

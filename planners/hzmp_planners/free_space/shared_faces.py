@@ -206,13 +206,10 @@ def _common_polygons(
         normals: of each polygon, shape (m, 3).
         tol: of the clipping [m].
     """
-    count, starts = len(one), polygons.vertex_starts
-    A, b = _sides(polygons, normals)
-    sides = counts_of(starts)[two]
-    rows = spans(starts[two], sides)
-    real = A[rows].any(axis=1)
-    pair, rows = np.arange(count).repeat(sides)[real], rows[real]
-    lists = starts_of(np.bincount(pair, minlength=count))
+    count, others = len(one), polygons.take(two)
+    A, b = _sides(others, normals[two])
+    rows = np.flatnonzero(A.any(axis=1))
+    lists = starts_of(np.bincount(others.vertex_owner[rows], minlength=count))
     faces, kept = clip(polygons.take(one), A[rows], b[rows], rows, lists, tol)
     found = np.zeros(count, dtype=np.bool_)
     found[kept] = True
@@ -282,23 +279,24 @@ def update_leaf_graph(
         scale: unit of the tolerances [m].
     """
     ends = number[graph.ends]
-    stays = np.asarray(np.all(ends >= 0, axis=1))
-    beside = distinct(ends[(ends >= 0) & ~stays[:, None]])
+    one, two = ends[:, 0] >= 0, ends[:, 1] >= 0
+    kept = (one & two).nonzero()[0]
+    beside = distinct(ends[one ^ two].max(axis=1))
     first = int(number.max(initial=-1)) + 1
     nearby = np.concatenate([beside, np.arange(first, len(whole))])
     fresh = build_leaf_graph(whole.take(nearby), table, scale, nearby >= first)
-    kept = stays.nonzero()[0]
     width = max(graph.corners.shape[1], fresh.corners.shape[1])
-    padded = [
-        corners
-        if corners.shape[1] == width
-        else corners.take(np.minimum(np.arange(width), corners.shape[1] - 1), axis=1)
-        for corners in (graph.corners[kept], fresh.corners)
-    ]
+    corners = np.empty((len(kept) + len(fresh), width, whole.n))
+    for part, rows in (
+        (corners[: len(kept)], graph.corners.take(kept, axis=0)),
+        (corners[len(kept) :], fresh.corners),
+    ):
+        size = rows.shape[1]
+        part[:, :size], part[:, size:] = rows, rows[:, -1:]
     return LeafGraph(
         len(whole),
         frozen(np.concatenate([ends[kept], nearby[fresh.ends]])),
-        frozen(np.concatenate(padded)),
+        frozen(corners),
         frozen(np.concatenate([graph.sizes[kept], fresh.sizes])),
         frozen(np.concatenate([graph.normals[kept], fresh.normals])),
         frozen(np.concatenate([graph.offsets[kept], fresh.offsets])),

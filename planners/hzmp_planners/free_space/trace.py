@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
-from hzmp_planners._links import component_labels
 from hzmp_planners._ragged import counts_of, reduced, spans, starts_of
 from hzmp_planners.constants import MEMBERSHIP_TOL
 from hzmp_planners.free_space.boxes import overlapping_bounds
@@ -38,25 +39,29 @@ def trace(space: FreeSpace, polyline: Floats) -> tuple[Floats, Ints] | None:
     segment, leaf_near = overlapping_bounds(low, high, *space.leaf_boxes, -_ROOM * space.scale)
     enters, exits = _shares_inside(space, leaf_near, tails[segment], heads[segment], tol)
     ends = np.searchsorted(segment, np.arange(len(polyline))).tolist()
+    # A leaf that its segment misses enters at inf: with the others as plain numbers it is found at
+    # once, where arrays of a few entries would take most of the time.
+    rows = list(zip(leaf_near.tolist(), enters.tolist(), exits.tolist(), strict=True))
     points = [polyline[0]]
     leaves: list[int] = []
     for (p, q), (begin, end) in zip(pairwise(polyline), pairwise(ends), strict=True):
-        near, first, last = leaf_near[begin:end], enters[begin:end], exits[begin:end]
-        slack = tol / max(float(np.linalg.norm(q - p)), tol)
+        slack = tol / max(math.dist(p, q), tol)
         share = 0.0
         while share < 1.0 - slack or not leaves:
-            held = np.flatnonzero(first <= share + slack)
-            row = int(held[last[held].argmax()]) if len(held) else -1
-            if row < 0 or (last[row] <= share + slack and share < 1.0 - slack):
+            held = [row for row in rows[begin:end] if row[1] <= share + slack]
+            leaf, _, last = max(held, key=itemgetter(2), default=(-1, 0.0, -math.inf))
+            if leaf < 0 or (last <= share + slack and share < 1.0 - slack):
                 return None
-            leaf = int(near[row])
-            at = p + share * (q - p)
-            if leaves and not _connected(space, at, leaves[-1], leaf):
-                return None
-            share = min(1.0, float(last[row]))
+            share = min(1.0, last)
             leaves.append(leaf)
             points.append(q if share >= 1.0 - slack else p + share * (q - p))
-    return np.array(points), np.array(leaves, dtype=np.int64)
+    waypoints, passed = np.array(points), np.array(leaves, dtype=np.int64)
+    changes = np.flatnonzero(passed[1:] != passed[:-1])
+    _, joined = space.graph.joining(passed[changes], passed[changes + 1])
+    for k in np.delete(changes, joined).tolist():
+        if not _connected(space, waypoints[k + 1], leaves[k], leaves[k + 1]):
+            return None
+    return waypoints, passed
 
 
 def _shares_inside(
@@ -86,11 +91,11 @@ def _shares_inside(
 
 def _connected(space: FreeSpace, x: Floats, one: int, two: int) -> bool:
     """Whether leaves around a point lead from one leaf to another through faces at that point."""
-    graph = space.graph
-    if one == two or two in graph.ends[graph.faces_at(one)]:
-        return True
-    leaves = np.union1d(space.leaves_at(x), [one, two])
-    faces = np.flatnonzero(np.isin(graph.ends, leaves).all(axis=1))
-    labels = component_labels(np.searchsorted(leaves, graph.ends[faces]), len(leaves))
-    here, there = np.searchsorted(leaves, [one, two])
-    return bool(labels[here] == labels[there])
+    graph, around = space.graph, {*space.leaves_at(x).tolist(), two}
+    queue = [one]
+    while queue and two in around:
+        leaf = queue.pop()
+        beyond = set(graph.ends[graph.faces_at(leaf)].ravel().tolist()) & around
+        around -= beyond
+        queue += beyond
+    return two not in around

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from itertools import pairwise
 
 import numpy as np
 
@@ -70,13 +69,9 @@ def offer_swept(attempt: Attempt, space: FreeSpace, path: Floats) -> None:
 
 def faces_between(graph: LeafGraph, leaves: Ints) -> list[int] | None:
     """The faces that lead from leaf to leaf; None where two that follow each other share none."""
-    passed: list[int] = []
-    for one, two in pairwise(leaves.tolist()):
-        faces = graph.faces_at(one)
-        passed += faces[(graph.ends[faces] == two).any(axis=1)].tolist() if one != two else []
-        if one != two and two not in graph.ends[passed[-1:]]:
-            return None
-    return passed
+    changes = np.flatnonzero(leaves[1:] != leaves[:-1])
+    faces, joined = graph.joining(leaves[changes], leaves[changes + 1])
+    return faces.tolist() if len(np.unique(joined)) == len(changes) else None
 
 
 def beside(attempt: Attempt, path: Floats) -> Generator[None, None, Floats]:

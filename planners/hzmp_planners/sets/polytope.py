@@ -46,7 +46,7 @@ class Polytope(ConvexSet):
         norms = np.linalg.norm(normals, axis=1)
         if (norms == 0.0).any():
             raise ShapeError(f"row {int(np.argmin(norms))} of A is zero: not a half-space")
-        if not np.allclose(norms, 1.0, rtol=0.0, atol=1e-12):
+        if (np.abs(norms - 1.0) > 1e-12).any():
             normals, offsets = normals / norms[:, None], offsets / norms
         vars(self).update(A=frozen(normals), b=frozen(offsets))
 

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from hzmp_planners._arrays import Floats, Ints
 from hzmp_planners._links import component_labels
-from hzmp_planners._ragged import order_by, starts_of
+from hzmp_planners._ragged import distinct_points, order_by, starts_of
 from hzmp_planners.constants import SPLINTER_TOL
 from hzmp_planners.free_space import FreeSpace
 
@@ -85,9 +85,7 @@ def _corner_numbers(space: FreeSpace) -> tuple[Ints, Ints]:
     if not space.obstacles or not len(ends):
         return number, none
     # Most ends are copies of a few vertices, to the last bit.
-    _, first, copy = np.unique(
-        np.ascontiguousarray(ends).view(np.complex128), return_index=True, return_inverse=True
-    )
+    first, copy = distinct_points(ends)
     vertices, points = np.concatenate([block.vertices() for block in space.obstacles]), ends[first]
     reach = SPLINTER_TOL * space.scale
     distance, _ = cKDTree(vertices).query(points, distance_upper_bound=reach)
@@ -95,7 +93,7 @@ def _corner_numbers(space: FreeSpace) -> tuple[Ints, Ints]:
     same = cKDTree(points[near]).query_pairs(_ONE_POINT * space.scale, output_type="ndarray")
     place = np.full(len(points), -1)
     place[near] = component_labels(same, len(near))
-    place = place[copy.ravel()]
+    place = place[copy]
     bends = (place >= 0).nonzero()[0]
     # Two ends at one place are linked by a leaf that both are of.
     count = len(bends)
