@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import queue
 import threading
+import weakref
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 T = TypeVar("T")
+_Calls = queue.SimpleQueue[Callable[[], Any] | None]
+_Answers = queue.SimpleQueue[tuple[bool, Any]]
 
 
 class StageError(Exception):
@@ -25,10 +28,14 @@ class Watchdog:
 
     def __init__(self, patience: float) -> None:
         self._patience = patience
-        self._calls: queue.SimpleQueue[Callable[[], Any]] = queue.SimpleQueue()
-        self._answers: queue.SimpleQueue[tuple[bool, Any]] = queue.SimpleQueue()
+        self._calls: _Calls = queue.SimpleQueue()
+        self._answers: _Answers = queue.SimpleQueue()
         # A thread that hangs must not keep the process from ending.
-        threading.Thread(target=self._serve, name="planner", daemon=True).start()
+        threading.Thread(
+            target=_serve, args=(self._calls, self._answers), name="planner", daemon=True
+        ).start()
+        # It ends with this object, and holds on to nothing of what it has computed.
+        weakref.finalize(self, self._calls.put, None)
 
     def call(self, work: Callable[[], T]) -> T:
         """What `work` returns.
@@ -46,10 +53,12 @@ class Watchdog:
         result: T = answer
         return result
 
-    def _serve(self) -> None:
-        while True:
-            work = self._calls.get()
-            try:
-                self._answers.put((True, work()))
-            except Exception as error:  # whatever it is, the loop goes on
-                self._answers.put((False, error))
+
+def _serve(calls: _Calls, answers: _Answers) -> None:
+    """Compute what is called for, until there is None."""
+    while (work := calls.get()) is not None:
+        try:
+            answers.put((True, work()))
+        except Exception as error:  # whatever it is, the loop goes on
+            answers.put((False, error))
+        del work

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import math
+import threading
 import time
+import weakref
 from itertools import pairwise
 
 import numpy as np
@@ -219,3 +222,19 @@ def test_the_flown_reference_is_one_path_through_its_moves_and_rests() -> None:
     )  # fmt: skip
     assert np.abs(whole.sample(times).position - expected).max() <= 1e-9
     assert np.array_equal(whole.cells[0].b, ROOM.b)
+
+
+def test_a_watchdog_that_is_gone_leaves_no_thread_and_no_data() -> None:
+    held = np.zeros(3)
+    seen = weakref.ref(held)
+    before = threading.active_count()
+    dog = Watchdog(5.0)
+    assert dog.call(lambda one=held: one.sum()) == 0.0
+    assert threading.active_count() == before + 1
+    del dog, held
+    end = time.perf_counter() + 5.0
+    while threading.active_count() > before and time.perf_counter() < end:
+        time.sleep(0.01)
+    gc.collect()
+    assert threading.active_count() == before
+    assert seen() is None
