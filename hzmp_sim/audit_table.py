@@ -74,5 +74,17 @@ def _cells(row: ObstacleAudit) -> tuple[str, str, str, str, str]:
         f"{row.progress:.3f}",
         "(" + ", ".join(f"{value:.3f}" for value in row.position) + ")",
         "yes" if row.shortfall <= DISTANCE_TOL else f"NO, {1e3 * row.shortfall:.1f} mm short",
-        "yes" if row.disagreement <= DISTANCE_TOL else f"NO, by {1e3 * row.disagreement:.1f} mm",
+        _agreement(row),
     )
+
+
+def _agreement(row: ObstacleAudit) -> str:
+    """Whether planner and MuJoCo agree on an obstacle; a dash where the planner said nothing.
+
+    That is so of geoms that are none of its obstacles, such as those that move.
+    """
+    if finite(row.disagreement) is None:
+        return "-"
+    if row.disagreement <= DISTANCE_TOL:
+        return "yes"
+    return f"NO, by {1e3 * row.disagreement:.1f} mm"

@@ -110,7 +110,7 @@ def plan(
     if as_json:
         print(json.dumps(plan_as_dict(found, report, blame), indent=2, allow_nan=False))
     else:
-        print(plan_summary(found, report, blame))
+        print(plan_summary(found, report, blame, moving=bool(loaded.moving)))
     if not report.ok:
         return UNVERIFIED
     return {PlanStatus.INFEASIBLE: 3, PlanStatus.TIME_LIMIT: 4}.get(found.status, 0)

@@ -25,7 +25,10 @@ _LISTED = 4  # geoms that are no obstacles, for one reason, before they share a 
 def run_summary(run: Run, directory: Path) -> str:
     """Outcome of a run, the numbers that decide it, and where its files are."""
     m = run.metrics
-    lines = [f"{m['status'].replace('_', ' ')}: {_outcome(run)}", plan_line(run.plan)]
+    lines = [
+        f"{m['status'].replace('_', ' ')}: {_outcome(run)}",
+        plan_line(run.plan, moving=bool(run.scene.moving)),
+    ]
     if run.log is not None:
         lines.append(
             f"flight    {m['trajectory_duration_s']:.2f} s, "
@@ -50,9 +53,9 @@ def run_summary(run: Run, directory: Path) -> str:
         )
     for name, contact in m["contacts"].items():
         lines.append(
-            f"contact   with {name} in {contact['steps']} steps, "
-            f"first at {contact['first_s']:.3f} s"
-            + ("" if contact["predicted"] else ", which was not where it was predicted")
+            f"contact   with {name} in {contact['steps']} steps, first at "
+            f"{contact['first_s']:.3f} s, up to {1e3 * contact['depth_m']:.0f} mm deep: "
+            f"{contact['explanation']}"
         )
     lines += [f"warning   {text}" for text in m["warnings"] if text not in run.scene.warnings]
     if not m["plan_verified"]:
@@ -76,21 +79,22 @@ def _millimetres(value: float) -> str:
     return f"{1e3 * value:.0f} mm" if math.isfinite(value) else "unbounded (no obstacles)"
 
 
-def plan_line(plan: Plan) -> str:
-    """Length, bound and gap of a plan in one line."""
+def plan_line(plan: Plan, *, moving: bool = False) -> str:
+    """Length, bound and gap of a plan in one line; in a world that moves, among what does not."""
+    no_path = "no path among what stands still" if moving else "no path"
     if plan.status is PlanStatus.INFEASIBLE:
         return "plan      proved infeasible"
     if not math.isfinite(plan.cost):
-        return f"plan      nothing found; no path is shorter than {plan.lower_bound:.4f} m"
+        return f"plan      nothing found; {no_path} is shorter than {plan.lower_bound:.4f} m"
     return (
         f"plan      {plan.status.name.lower()}: {plan.cost:.4f} m through {len(plan.leaves)} "
-        f"leaves, no path is shorter than {plan.lower_bound:.4f} m (gap {100.0 * plan.gap:.3f} %)"
+        f"leaves, {no_path} is shorter than {plan.lower_bound:.4f} m (gap {100.0 * plan.gap:.3f} %)"
     )
 
 
-def plan_summary(plan: Plan, report: Verification, blame: str) -> str:
+def plan_summary(plan: Plan, report: Verification, blame: str, *, moving: bool = False) -> str:
     """A plan, what blocks the way if that is known, its waypoints, and its verification."""
-    lines = [plan_line(plan)]
+    lines = [plan_line(plan, moving=moving)]
     if blame:
         lines.append(f"blocked   {blame}")
     points = ["(" + ", ".join(f"{x:.4f}" for x in point) + ")" for point in plan.waypoints.tolist()]

@@ -28,6 +28,7 @@ def blueprint(run: Run) -> rrb.Blueprint:
     if run.scene.n == 3:
         hidden += ["space/leaves", "space/cells"]
     contents = ["+ /**", "- /flight/**", "- /plan/cost", "- /plan/lower_bound", "- /summary"]
+    contents += [f"- /replanning/{entity}" for entity in ("latency", "cost", "lower_bound", "log")]
     spatial = _world(run.scene, contents, hidden)
     plots = (
         ("clearance", "Clearance [m]"),
@@ -50,7 +51,8 @@ def blueprint(run: Run) -> rrb.Blueprint:
         name="Search (timeline plan_time)",
     )
     text = rrb.TextDocumentView(origin="summary", name="Summary")
-    tabs = rrb.Tabs(flight, search, active_tab=0 if run.log is not None else 1)
+    loop = [] if run.flight_plan is None else [_replanning()]
+    tabs = rrb.Tabs(flight, *loop, search, active_tab=0 if run.log is not None else 1)
     return rrb.Blueprint(
         rrb.Horizontal(spatial, rrb.Vertical(tabs, text, row_shares=[3, 2]), column_shares=[2, 1]),
         rrb.TimePanel(timeline=SIM_TIME if run.log is not None else PLAN_TIME, state="collapsed"),
@@ -67,6 +69,20 @@ def space_blueprint(scene: Scene) -> rrb.Blueprint:
         rrb.TimePanel(timeline=EXPLODE, play_state="paused", state="collapsed"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
+    )
+
+
+def _replanning() -> rrb.Vertical:
+    """What was planned in flight: length of the way left, latency, and what was decided."""
+    return rrb.Vertical(
+        rrb.TimeSeriesView(
+            origin="replanning",
+            contents=["/replanning/cost", "/replanning/lower_bound"],
+            name="Path to the goal and its lower bound [m]",
+        ),
+        rrb.TimeSeriesView(origin="replanning/latency", name="Latency of planning [ms]"),
+        rrb.TextLogView(origin="replanning/log", name="What was decided"),
+        name="Planning in flight",
     )
 
 

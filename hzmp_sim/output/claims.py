@@ -40,12 +40,14 @@ def claims(run: Run) -> list[Claim]:
         )
     if run.flight_plan is not None:
         unproved = float(m["unproved_s"])
+        broken = ", ".join(one["geom"] for one in m["broken_predictions"])
         found.append(
             Claim(
                 "proved",
-                unproved == 0.0 and not m["broken_predictions"],
+                unproved == 0.0 and not broken,
                 "At every instant the body had a trajectory that ends at rest, clear of everything "
-                f"that moves; {number(unproved)} s were flown without one.",
+                f"that moves; {number(unproved)} s were flown without one."
+                + (f" What was assumed of {broken} did not hold." if broken else ""),
                 "Of what moves as it was predicted: by its script and MuJoCo's own dynamics, or by "
                 "what was seen of it with an uncertainty that grows; until the guard time after "
                 "the body has come to rest. Bezier points of each piece against planes of what "

@@ -24,7 +24,8 @@ def write_figures(run: Run, directory: Path) -> list[Path]:
     """Write the figures that `run` has material for to `directory` as PNG; returns their paths.
 
     path.png (plan), search.png (cost and lower bound), trajectory.png (derivatives against their
-    limits), flight.png (clearance and tracking error) and replanning.png (latency of each plan).
+    limits), flight.png (clearance and tracking error) and replanning.png (paths planned in flight,
+    and their latency).
     """
     figures: dict[str, Figure] = {"path": path_figure(run)}
     if any(np.isfinite(row).all() for row in run.plan.history):
@@ -143,10 +144,20 @@ def _flight_figure(run: Run, log: FlightLog) -> Figure:
 
 
 def _replanning_figure(planned: FlightPlan) -> Figure:
-    """Latency of each decision over the time it was asked, by reason, below what was allowed."""
-    figure = _new(3.2)
-    axes = figure.add_subplot()
+    """Path to the goal as planned, and latency of each decision by reason, over time."""
+    figure = _new(5.2)
+    above, axes = figure.subplots(2, 1, sharex=True)
     records = planned.records
+    effect = np.array([record.effect for record in records])
+    ways = np.array([[record.cost, record.lower_bound] for record in records])
+    ways[~np.isfinite(ways).all(axis=1)] = np.nan
+    above.step(effect, ways[:, 0], where="post", color=palette.PATH, label="path to the goal")
+    above.step(effect, ways[:, 1], where="post", color=palette.BOUND, label="lower bound")
+    for record, end in zip(records, [*effect[1:], effect[-1]], strict=True):
+        if not record.proved:
+            above.axvspan(record.effect, end, color=palette.GROWN, alpha=0.25, lw=0)
+    above.set_ylabel("length [m]")
+    above.set_ylim(bottom=0.0)
     asked = [record.time for record in records]
     allowed = [1e3 * (record.effect - record.time) for record in records]
     axes.step(asked, allowed, where="post", color=palette.INK, lw=1.0, ls="--", label="allowed")
@@ -156,6 +167,8 @@ def _replanning_figure(planned: FlightPlan) -> Figure:
         axes.plot(times, latency, "o", ms=3, label=reason)
     axes.set(xlabel="time [s]", ylabel="latency [ms]")
     axes.set_ylim(bottom=0.0)
-    legend_above(axes)
-    plain(axes)
+    for panel in (above, axes):
+        legend_above(panel)
+        plain(panel)
+    figure.align_ylabels()
     return figure

@@ -30,7 +30,7 @@ class Figure(NamedTuple):
 
 _VERDICTS = {
     "goal_reached": ("Goal reached", "The body arrived and MuJoCo reported no collision."),
-    "collision": ("Collision", "MuJoCo reported contact of the body with an obstacle."),
+    "collision": ("Collision", "MuJoCo reported contact of the body with {geoms}."),
     "goal_not_reached": ("Goal not reached", "The flight ended away from the goal."),
     "infeasible": ("Proved infeasible", ""),
     "time_limit": ("No path found in the time limit", ""),
@@ -41,6 +41,10 @@ def verdict(run: Run) -> Verdict:
     """The headline of a run, from its status."""
     status = str(run.metrics["status"])
     title, reason = _VERDICTS[status]
+    contacts = run.metrics.get("contacts") or {}
+    reason = reason.format(geoms=", ".join(contacts) or "an obstacle")
+    if contacts and not any(contact["predicted"] for contact in contacts.values()):
+        reason += " What it met was not where it had been predicted."
     # Without a flight the planner's own words say why, and what would help.
     return Verdict(
         status == "goal_reached", title, reason or f"{run.plan.status.value}.".capitalize()
@@ -52,6 +56,7 @@ def headline_figures(run: Run) -> list[Figure]:
     m = run.metrics
     clear, wanted = m.get("min_clearance_m"), run.scene.clearance
     containment, gap = m.get("containment_m"), m.get("optimality_gap")
+    among = ", among what stands still" if run.scene.moving else ""
     rows: list[Figure] = []
     if run.log is not None:
         hits = int(m["collision_steps"])
@@ -61,11 +66,14 @@ def headline_figures(run: Run) -> list[Figure]:
             Figure("Smallest clearance", number(clear), "m", None if clear >= wanted else clear > 0)
         )
     if _known(gap):
-        rows.append(Figure("Optimality gap", percent(gap), "%"))
+        rows.append(Figure("Optimality gap", percent(gap), f"%{among}"))
     if _known(containment):
         rows.append(Figure("Containment", number(containment), "m", containment <= 0.0))
     if _known(m.get("path_length_m")):
-        rows.append(Figure("Path length", number(m["path_length_m"]), "m"))
+        rows.append(Figure("Path length", number(m["path_length_m"]), f"m{among}"))
+    if run.flight_plan is not None:
+        unproved = float(m["unproved_s"])
+        rows.append(Figure("Flown without a proof", number(unproved), "s", unproved == 0.0))
     if _known(m.get("trajectory_duration_s")):
         rows.append(Figure("Duration", number(m["trajectory_duration_s"]), "s"))
     if _known(m.get("tracking_error_max_m")):

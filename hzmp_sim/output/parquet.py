@@ -25,8 +25,8 @@ def write_log(log: FlightLog, scene: Scene, path: Path) -> None:
     Columns: time_s; x_m y_m z_m; qw qx qy qz (wxyz); vx_m_s ...; reference_x_m ...;
     tracking_error_m; clearance_m (null without obstacles); nearest_geom and contact_geom (names,
     null if none); collision; ctrl_0 ... in the units of the actuators; where something moves, qpos
-    of the whole model and mocap (x y z, quaternion wxyz of each mocap body). Units are in the
-    metadata.
+    of the whole model and, if there are mocap bodies, mocap (x y z, quaternion wxyz of each).
+    Units are in the metadata.
     """
     columns: dict[str, pa.Array] = {"time_s": pa.array(log.time)}
     columns |= _components(log.position, "xyz", "{}_m")
@@ -43,6 +43,7 @@ def write_log(log: FlightLog, scene: Scene, path: Path) -> None:
     columns |= {f"ctrl_{i}": pa.array(log.control[:, i]) for i in range(log.control.shape[1])}
     if scene.moving:
         columns["qpos"] = _lists(log.qpos)
+    if scene.moving and log.mocap.size:
         columns["mocap"] = _lists(log.mocap.reshape(len(log.time), -1))
     fields = [pa.field(name, values.type, metadata=_unit(name)) for name, values in columns.items()]
     metadata = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -78,13 +78,13 @@ def _space_view(run: Run) -> Figure:
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
         axis._axinfo["grid"].update(color="#e3e6ea", linewidth=0.6)
-    for column, plane in enumerate(((0, 1), (0, 2))):
-        view = figure.add_subplot(grid[1, column])
+    above, beside = (figure.add_subplot(grid[1, column]) for column in (0, 1))
+    for view, plane, title in ((above, (0, 1), "from above"), (beside, (0, 2), "from the side")):
         _flat_obstacles(view, run, plane, grown=False)
         _ways(view, run, plane)
         _frame(view, run, plane)
-        view.set_title("from above" if plane == (0, 1) else "from the side", fontsize=10)
-    _legend(figure, axes)
+        view.set_title(title, fontsize=10)
+    _legend(figure, above)
     return figure
 
 
@@ -105,19 +105,32 @@ def _flat_obstacles(axes: Axes, run: Run, plane: tuple[int, int], *, grown: bool
     data = mujoco.MjData(scene.model)
     pose_at_start(scene, data)
     mujoco.mj_kinematics(scene.model, data)
+    outlines = _outlines(run, data, scene.obstacle_geoms, plane)
+    alpha = 1.0 if grown else 0.35
+    axes.add_collection(
+        _polygons(outlines, palette.OBSTACLE, palette.OBSTACLE, 0.6, "obstacles", alpha)
+    )
+    if scene.moving:
+        moving = _outlines(run, data, [item.geom for item in scene.moving], plane)
+        axes.add_collection(
+            _polygons(moving, "none", palette.INK, 1.0, "what moves, at the start", alpha=0.7)
+        )
+
+
+def _outlines(
+    run: Run, data: mujoco.MjData, geoms: Iterable[int], plane: tuple[int, int]
+) -> list[Floats]:
+    """Outlines of geoms seen along an axis, each (k, 2) [m]; `data` with their poses."""
     outlines = []
-    for geom in dict.fromkeys(scene.obstacle_geoms):
-        points = geom_points(scene.model, data, geom)
+    for geom in dict.fromkeys(geoms):
+        points = geom_points(run.scene.model, data, geom)
         if points is None:
             continue
         try:
             outlines.append(points[:, plane][ConvexHull(points[:, plane]).vertices])
         except QhullError:
             continue
-    alpha = 1.0 if grown else 0.35
-    axes.add_collection(
-        _polygons(outlines, palette.OBSTACLE, palette.OBSTACLE, 0.6, "obstacles", alpha)
-    )
+    return outlines
 
 
 def _informed(axes: Axes, run: Run) -> None:

@@ -14,6 +14,27 @@ if TYPE_CHECKING:
     from hzmp_sim.replanning import FlightPlan, PlanRecord
 
 
+_MEANINGS = {
+    "onward": "on the way to the goal; not taken if what is flown is as good",
+    "opened": "a way to the goal has opened, after a wait",
+    "approach": "no way is open: nearer to where it is blocked",
+    "threat": "what was flown is not proved any more: stop, get round, or get away",
+    "wait": "no way is open, and where the body is it is safe",
+    "late": "the answer came after it should have taken effect, and was dropped",
+}
+
+
+class ReasonRow(NamedTuple):
+    """All decisions for one reason."""
+
+    reason: str
+    meaning: str
+    asked: int
+    taken: int
+    unproved: int
+    """After how many nothing proved was flown."""
+
+
 class PlanRow(NamedTuple):
     """One line: a decision, or several alike one after the other."""
 
@@ -30,6 +51,22 @@ class PlanRow(NamedTuple):
     """Largest [ms]."""
     conflict: str
     """What the trajectory flown before would have met, and when."""
+
+
+def reason_rows(planned: FlightPlan) -> list[ReasonRow]:
+    """How many decisions there were for each reason, in the order of their first."""
+    rows = []
+    for reason in dict.fromkeys(record.reason for record in planned.records):
+        chosen = [record for record in planned.records if record.reason == reason]
+        taken = sum(record.taken for record in chosen)
+        unproved = sum(not record.proved for record in chosen)
+        rows.append(ReasonRow(reason, _MEANINGS[reason], len(chosen), taken, unproved))
+    return rows
+
+
+def plan_at(planned: FlightPlan, time: float) -> PlanRecord | None:
+    """The decision that is in effect at a simulated time [s]; None before the first one."""
+    return next((one for one in reversed(planned.records) if one.effect <= time), None)
 
 
 def plan_rows(planned: FlightPlan) -> list[PlanRow]:

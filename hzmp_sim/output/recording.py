@@ -2,8 +2,8 @@
 
 Entities: `world` (geoms that do not move), `bodies/<name>` (geoms of each moving body under its
 transform), `space` (leaves, shared faces, grown obstacles), `plan`, `trajectory`, `flight`
-(scalars), `replanning` (paths, reasons, latency) and `summary`. Timelines: `sim_time` for the
-flight, `plan_time` for the search.
+(scalars), `replanning` (paths, reasons; latency, cost and bound of each) and `summary`. Timelines:
+`sim_time` for the flight, `plan_time` for the search.
 """
 
 from __future__ import annotations
@@ -123,14 +123,16 @@ def _log_plans(recording: rr.RecordingStream, run: Run, planned: FlightPlan, lin
             recording.log("replanning/log", rr.TextLog(told, level=level))
     recording.reset_time()
     times = np.array([record.effect for record in planned.records])
-    for name, values, unit in (
-        ("latency", [1e3 * record.latency for record in planned.records], "ms"),
-        ("lower_bound", [record.lower_bound for record in planned.records], "m"),
+    found = np.isfinite([record.cost for record in planned.records])
+    for name, rows, values, unit, colour in (
+        ("latency", slice(None), [1e3 * r.latency for r in planned.records], "ms", palette.INK),
+        ("cost", found, [r.cost for r in planned.records], "m", palette.PATH),
+        ("lower_bound", found, [r.lower_bound for r in planned.records], "m", palette.BOUND),
     ):
         label = f"{name.replace('_', ' ')} [{unit}]"
         _scalars(
-            recording, f"replanning/{name}", SIM_TIME, times, np.array(values), [label],
-            [palette.BOUND],
+            recording, f"replanning/{name}", SIM_TIME, times[rows], np.array(values)[rows],
+            [label], [colour],
         )  # fmt: skip
 
 

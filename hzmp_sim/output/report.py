@@ -14,7 +14,7 @@ import matplotlib.image
 import hzmp_sim  # the module: its version is only there once it is fully imported
 from hzmp_sim.output.claims import claims
 from hzmp_sim.output.headline import Figure, headline_figures, number, percent, verdict
-from hzmp_sim.output.plans import plan_rows
+from hzmp_sim.output.plans import plan_rows, reason_rows
 from hzmp_sim.output.video import playback_speed
 
 if TYPE_CHECKING:
@@ -29,7 +29,9 @@ _CAPTIONS = {
     "search": "Search: length of the best path and proved lower bound; the band is the gap.",
     "trajectory": "Reference trajectory; limits dashed.",
     "flight": "Measured clearance and tracking error.",
-    "replanning": "Time of computing of each plan in flight; what it was given is dashed.",
+    "replanning": "Above: path to the goal as planned in flight, and its lower bound; gaps where "
+    "no way was open; red while nothing proved was flown. Below: time that each plan took to "
+    "compute on this machine; it took effect in simulated time after what is dashed.",
 }
 
 
@@ -81,6 +83,8 @@ def write_report(
         command=command,
         plan_table=_plan_table(run),
         flight_table=_flight_table(run),
+        contacts=run.metrics.get("contacts") or {},
+        reasons=[] if run.flight_plan is None else reason_rows(run.flight_plan),
         plans=plans[:_MOST_PLANS],
         plans_left_out=max(0, len(plans) - _MOST_PLANS),
         planned=run.metrics if run.flight_plan is not None else None,

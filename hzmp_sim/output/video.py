@@ -19,6 +19,7 @@ from hzmp_planners.errors import HzmpError
 from hzmp_sim.output import palette
 from hzmp_sim.output.framing import camera, chase_cameras, workspace_box
 from hzmp_sim.output.opengl import Image, OffscreenRenderer
+from hzmp_sim.output.plans import plan_at
 from hzmp_sim.output.poses import pose_at, pose_at_start
 from hzmp_sim.output.scenery import hide_scenery
 
@@ -31,6 +32,7 @@ LONGEST_S = 20.0
 FPS = 25.0
 
 
+_MARKS = ("start", "goal")  # sites
 _CHASE_LINE = 0.008  # [m] thickness of lines seen from close by
 
 
@@ -73,8 +75,8 @@ def write_video(
     """Render the flight of `run` to an H.264 MP4 at `playback_speed(run)`; returns its frames.
 
     Two views side by side: the whole world (the model's camera `overview`, or one that frames the
-    workspace), and the body from behind. Drawn on top: the path, the way flown so far, start and
-    goal.
+    workspace), and the body from behind. Drawn on top: the path (of a flight with the planner in
+    the loop: as it was planned at that moment), the way flown so far, start and goal.
 
     Args:
         run: a run with a flight log.
@@ -138,6 +140,10 @@ class _Stage:
             light = visual.headlight
             light.ambient[:] = np.maximum(light.ambient, 0.35)
             light.diffuse[:] = np.maximum(light.diffuse, 0.6)
+        for name in _MARKS:  # what is drawn on top says where they are
+            site = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE.value, name)
+            if site >= 0:
+                self._model.site_matid[site], self._model.site_rgba[site] = -1, 0.0
         self._trail = quality.trail
         visual.global_.offwidth = max(visual.global_.offwidth, width)
         visual.global_.offheight = max(visual.global_.offheight, height)
@@ -171,16 +177,27 @@ class _Stage:
             mujoco.mjtCatBit.mjCAT_ALL.value, self._scene,
         )  # fmt: skip
         scene = self._run.scene
-        ends = scene.to_world(np.array([scene.start, scene.goal]))
+        path, goal = self._planned(row)
+        ends = scene.to_world(np.array([scene.start, goal]))
         self._body(ends[0], palette.START)
         self._body(ends[1], palette.GOAL)
-        if self._path is not None:
-            self._line(self._path, palette.PATH, line)
+        if path is not None:
+            self._line(path, palette.PATH, line)
         if row and self._run.log is not None:
             every = max(1, len(self._run.log.time) // self._trail)
             trail = np.vstack([self._run.log.position[:row:every], self._run.log.position[row]])
             self._line(trail, palette.FLOWN, 1.5 * line)
         return self._renderer.render(self._scene)
+
+    def _planned(self, row: int | None) -> tuple[Floats | None, Floats]:
+        """Path in the world (k, 3) [m], if there is any, and goal (n,) [m], as of a row."""
+        log, planned, scene = self._run.log, self._run.flight_plan, self._run.scene
+        if row is None or log is None or planned is None:
+            return self._path, scene.goal
+        record = plan_at(planned, float(log.time[row]))
+        if record is None:
+            return self._path, scene.goal
+        return scene.to_world(record.waypoints) if len(record.waypoints) else None, record.goal
 
     def _body(self, centre: Floats, colour: str) -> None:
         """Mark a place of the centre by what stands for the body there; a disc by a ball."""

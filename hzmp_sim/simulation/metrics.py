@@ -17,6 +17,8 @@ from hzmp_sim.replanning.records import FlightPlan
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
 from hzmp_sim.settings import RunSettings
+from hzmp_sim.simulation.assumptions import assumption
+from hzmp_sim.simulation.contacts import geom_contacts
 from hzmp_tracking import RotorLimits, Trajectory
 from hzmp_tracking.flatness import RotorUsage
 
@@ -53,13 +55,16 @@ def collect_metrics(
     `notes` are what MuJoCo warned of in flight, such as an unstable simulation, or what may be
     done about a way that is blocked. `rotors` is all that the rotors of the body have.
     """
+    planned = flight_plan or _UNPLANNED
     error = None if log is None else log.tracking_error
     found = math.isfinite(plan.cost)
     usage = None if trajectory is None or rotors is None else rotors.usage(trajectory)
     return {
         "status": _status(scene, plan, log, flight_plan, settings.goal_tolerance),
         "collision_steps": 0 if log is None else int(log.collision.sum()),
-        "contacts": {} if log is None else _contacts(scene, log, flight_plan or _UNPLANNED),
+        "contacts": {}
+        if log is None
+        else {contact.geom: contact.as_dict() for contact in geom_contacts(scene, log, planned)},
         "steps": 0 if log is None else len(log.time),
         "min_clearance_m": None if log is None else float(log.clearance.min()),
         "path_length_m": plan.cost if found else None,
@@ -76,7 +81,8 @@ def collect_metrics(
         "body_rate_reference_max_rad_s": None if usage is None else usage.demand.body_rate,
         "body_rate_usage": None if usage is None else usage.body_rate,
         "goal_distance_m": None if log is None else _goal_distance(scene, log, flight_plan),
-        **(flight_plan or _UNPLANNED).metrics(),
+        **planned.metrics(),
+        "broken_predictions": _broken(scene, planned, settings),
         "realtime_factor": simulated_per_wall,
         "timings_s": timings,
         "leaves": len(space),
@@ -106,27 +112,19 @@ def collect_metrics(
             *notes,
             *_rotor_warnings(usage),
             *_flight_warnings(scene, log),
-            *(flight_plan or _UNPLANNED).warnings(),
+            *planned.warnings(),
         ],
         "versions": _versions(),
     }
 
 
-def _contacts(scene: Scene, log: FlightLog, flight_plan: FlightPlan) -> dict[str, dict[str, Any]]:
-    """For each geom that the body penetrated: in how many steps, when first [s].
-
-    `predicted` says whether the geom was where it had been predicted to be, until then.
-    """
-    held = {one.geom: one.held for one in flight_plan.broken}
-    contacts: dict[str, dict[str, Any]] = {}
-    for geom in dict.fromkeys(log.contact[log.collision].tolist()):
-        name, first = scene.geom_name(int(geom)), float(log.time[log.contact == geom][0])
-        contacts[name] = {
-            "steps": int((log.contact == geom).sum()),
-            "first_s": first,
-            "predicted": held.get(name, math.inf) >= first,
-        }
-    return contacts
+def _broken(scene: Scene, flight_plan: FlightPlan, settings: RunSettings) -> list[dict[str, Any]]:
+    """Each prediction that did not hold, with what had been assumed."""
+    ids = {item.name: item.geom for item in scene.moving}
+    return [
+        vars(one) | {"assumed": assumption(scene, ids[one.geom], settings.replanning)}
+        for one in flight_plan.broken
+    ]
 
 
 def _longest_beyond(scene: Scene, log: FlightLog) -> float:

@@ -65,8 +65,10 @@ def _metrics(folder: Path) -> dict[str, Any]:
 
 
 def _world(table: pa.Table) -> tuple[Floats, Floats]:
-    qpos, mocap = (np.array(table.column(name).to_pylist()) for name in ("qpos", "mocap"))
-    return qpos, mocap.reshape(len(qpos), -1, 7)
+    qpos = np.array(table.column("qpos").to_pylist())
+    if "mocap" not in table.column_names:  # joints alone move this world
+        return qpos, np.zeros((len(qpos), 0, 7))
+    return qpos, np.array(table.column("mocap").to_pylist()).reshape(len(qpos), -1, 7)
 
 
 def _motion(file: Path) -> Motion:

@@ -163,8 +163,10 @@ class MjModel:
     qpos0: _Floats  # (nq,)
     site_bodyid: _Ints
     site_group: _Ints
+    site_matid: _Ints
     site_pos: _Floats  # (nsite, 3)
     site_quat: _Floats  # (nsite, 4)
+    site_rgba: NDArray[np.float32]  # (nsite, 4)
     site_size: _Floats  # (nsite, 3)
     stat: MjStatistic
     tendon_adr: _Ints
