@@ -23,6 +23,7 @@ _SHARES = (1.0, 1.3, 0.75, 1.7, 0.55)
 """Of that reach, in the order in which they are worth a try."""
 Rests = Callable[[Floats, float], bool]
 """Whether the body could rest at a place (n,) [m] from a time on [s]."""
+_OFF = 1e-3  # [m] that a place to rest is moved towards the middle of its cell
 _SHORT = 1e-3  # [m] ends that are nearer than this are one
 
 
@@ -112,9 +113,23 @@ def along(
         count = len(ways[k]) - 1
         if len(cells) < count:
             cells = route.plan.cells(route.space, count=count)
-        trajectory = timed(ways[k], cells[:count], state, dynamics, pace)
+        way = ways[k]
+        if lengths[k] < whole:
+            way = np.vstack([way[:-1], _inside(cells[count - 1], way[-1])])
+        trajectory = timed(way, cells[:count], state, dynamics, pace)
         if trajectory is not None:
             yield Commitment(trajectory, begins, max(0.0, whole - lengths[k]))
+
+
+def _inside(cell: Polytope, point: Floats) -> Floats:
+    """A point (n,) of a cell, moved off its facets.
+
+    Paths run along them, and a body that rests on a facet may be found outside of the next cells
+    by a rounding.
+    """
+    middle = cell.vertices().mean(axis=0)
+    way = middle - point
+    return np.asarray(point + _OFF / max(float(np.linalg.norm(way)), _OFF) * way)
 
 
 def timed(

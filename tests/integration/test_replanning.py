@@ -93,6 +93,13 @@ def test_safe_in_worlds_of_other_phases(world: str, seed: int) -> None:
     assert m["unproved_s"] == 0.0
 
 
+def test_a_body_that_waits_on_a_wall_goes_on() -> None:
+    """It waited at a corner of its leaf, 2 nm outside of the next cells."""
+    m = fly(seeded("sliding_doors", "quadrotor", 4), duration=40.0).metrics
+    assert m["status"] == "goal_reached"
+    assert m["collision_steps"] == 0
+
+
 @pytest.mark.parametrize("latency", [0.0, 0.02, 0.1, 0.3])
 @pytest.mark.parametrize("world", ["crossing_traffic", "warehouse"])
 def test_safe_at_any_latency(world: str, latency: float) -> None:
