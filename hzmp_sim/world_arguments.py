@@ -104,6 +104,8 @@ class World:
             raise QueryError("--clearance auto takes test flights: it is for `hzmp-sim run`")
         if self.coacd != _DEFAULT_COACD and not self.convex_decomposition:
             raise QueryError("--coacd.* says how to cut meshes: give --convex-decomposition, too")
+        if self.goal == ():
+            raise QueryError("--goal must be 2 or 3 numbers, X Y [Z], got none")
         first, *others = self.goal or (None,)
         scene = load_scene(
             path,

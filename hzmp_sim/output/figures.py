@@ -154,7 +154,7 @@ def _replanning_figure(planned: FlightPlan) -> Figure:
     above.step(effect, ways[:, 0], where="post", color=palette.PATH, label="path to the goal")
     above.step(effect, ways[:, 1], where="post", color=palette.BOUND, label="lower bound")
     for record, end in zip(records, [*effect[1:], effect[-1]], strict=True):
-        if not record.proved:
+        if planned.proved_until(record) < end:
             above.axvspan(record.effect, end, color=palette.GROWN, alpha=0.25, lw=0)
     above.set_ylabel("length [m]")
     above.set_ylim(bottom=0.0)

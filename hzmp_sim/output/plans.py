@@ -64,11 +64,6 @@ def reason_rows(planned: FlightPlan) -> list[ReasonRow]:
     return rows
 
 
-def plan_at(planned: FlightPlan, time: float) -> PlanRecord | None:
-    """The decision that is in effect at a simulated time [s]; None before the first one."""
-    return next((one for one in reversed(planned.records) if one.effect <= time), None)
-
-
 def plan_rows(planned: FlightPlan) -> list[PlanRow]:
     """Decisions in order, those alike in a row summed up."""
     groups = [list(group) for _, group in groupby(planned.records, key=_kind)]

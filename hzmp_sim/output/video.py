@@ -19,7 +19,6 @@ from hzmp_planners.errors import HzmpError
 from hzmp_sim.output import palette
 from hzmp_sim.output.framing import camera, chase_cameras, workspace_box
 from hzmp_sim.output.opengl import Image, OffscreenRenderer
-from hzmp_sim.output.plans import plan_at
 from hzmp_sim.output.poses import pose_at, pose_at_start
 from hzmp_sim.output.scenery import hide_scenery
 
@@ -194,7 +193,7 @@ class _Stage:
         log, planned, scene = self._run.log, self._run.flight_plan, self._run.scene
         if row is None or log is None or planned is None:
             return self._path, scene.goal
-        record = plan_at(planned, float(log.time[row]))
+        record = planned.in_effect(float(log.time[row]))
         if record is None:
             return self._path, scene.goal
         return scene.to_world(record.waypoints) if len(record.waypoints) else None, record.goal

@@ -56,6 +56,12 @@ class Goals:
         changes = [(goal.time, _station(goal, scene)) for goal in goals if goal.time is not None]
         return cls(stations, changes, patrol=script is not None and script.patrol)
 
+    @property
+    def positions(self) -> list[Floats]:
+        """All goals that there are, each (n,) [m]: those in order, then those told on the way."""
+        told = [station for _, station in self._changes]
+        return [station.position for station in (*self._stations, *told)]
+
     def now(self, time: float) -> Floats:
         """The goal at a simulated time [s], shape (n,) [m]; times do not go back."""
         if time >= self._leaves:

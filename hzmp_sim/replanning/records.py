@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -68,9 +69,22 @@ class FlightPlan:
     goals_reached: int = 0
     arrived: bool = False
     """Whether all goals were reached."""
+    guard: float = math.inf
+    """How long what is proved of a trajectory goes on holding after it has come to rest [s]."""
 
-    def metrics(self) -> dict[str, Any]:
-        """What metrics.json says of it."""
+    def in_effect(self, time: float) -> PlanRecord | None:
+        """The decision that holds at a simulated time [s]; None before the first one."""
+        return next((one for one in reversed(self._answers) if one.effect <= time), None)
+
+    def proved_until(self, record: PlanRecord) -> float:
+        """Until when what is flown from a decision on is proved clear [s]; its begin if it is not.
+
+        A planner that takes longer than the guard lets a body at rest outlast its proof.
+        """
+        return max(record.ends, record.effect) + self.guard if record.proved else record.effect
+
+    def metrics(self, end: float) -> dict[str, Any]:
+        """What metrics.json says of it, of a flight that ended at a simulated time [s]."""
         latency = 1e3 * np.array([record.latency for record in self.records])
         spread: dict[str, float | None] = {"median": None, "p99": None, "max": None}
         if latency.size:
@@ -85,7 +99,7 @@ class FlightPlan:
             "plans_asked": len(self.records),
             "plans_for": dict(Counter(record.reason for record in self.records)),
             "waited_s": self._time(lambda record: record.reason == "wait"),
-            "unproved_s": self._time(lambda record: not record.proved),
+            "unproved_s": self._unproved(end),
             "broken_predictions": [vars(broken) for broken in self.broken],
             "planner_failure": self.failure,
             "goals_reached": self.goals_reached,
@@ -108,6 +122,18 @@ class FlightPlan:
                 f"than they were given (up to {1e3 * longest:.0f} ms)"
             )
         return found
+
+    @property
+    def _answers(self) -> list[PlanRecord]:
+        """The decisions that came in time."""
+        return [record for record in self.records if record.reason != "late"]
+
+    def _unproved(self, end: float) -> float:
+        """Simulated time in which what was flown was not proved [s]."""
+        answers = self._answers
+        ends = [*(record.effect for record in answers[1:]), end]
+        spans = zip(answers, ends, strict=False)
+        return float(sum(max(0.0, until - self.proved_until(record)) for record, until in spans))
 
     def _time(self, chosen: Callable[[PlanRecord], bool]) -> float:
         """Simulated time in which the last decision was one of those chosen [s]."""

@@ -195,9 +195,13 @@ def _script(source: Source, given: MotionScript | str | Path | None) -> MotionSc
         script = beside if source.path.is_file() and beside.is_file() else None
     if script is None:
         return None
-    if not isinstance(script, MotionScript):
-        script = read_motion(script)
-    return resolved(script, source.model)
+    if isinstance(script, MotionScript):
+        return resolved(script, source.model)
+    read = read_motion(script)
+    try:
+        return resolved(read, source.model)
+    except QueryError as error:
+        raise QueryError(f"{script}: {error}") from error
 
 
 def _check_flown(model: mujoco.MjModel, name: str, driven: Mapping[int, Motion]) -> None:

@@ -93,14 +93,14 @@ def _place(broken: BrokenPrediction | None, first: float, *, pushed: bool) -> st
 
 def _flown(planned: FlightPlan, time: float) -> str:
     """What is known of the trajectory flown at a time [s]."""
-    records = [record for record in planned.records if record.effect <= time]
-    if not records:
+    last = planned.in_effect(time)
+    if last is None:
         return "nothing was planned yet"
-    if planned.failure and records[-1] is planned.records[-1]:
-        return f"the planner had failed {planned.failure}"
-    last = records[-1]
-    if last.proved:
+    if last.proved and time <= planned.proved_until(last):
         return "the trajectory flown was proved clear of it, as predicted"
+    if last.proved:
+        until = f"the trajectory flown was proved until {planned.proved_until(last):.2f} s"
+        return f"{until}, and {'the planner had failed' if planned.failure else 'no plan came'}"
     found = f", but in conflict with {last.conflict}" if last.conflict else ""
     return f"the trajectory flown was not proved clear{found}"
 

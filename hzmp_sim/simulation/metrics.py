@@ -81,7 +81,7 @@ def collect_metrics(
         "body_rate_reference_max_rad_s": None if usage is None else usage.demand.body_rate,
         "body_rate_usage": None if usage is None else usage.body_rate,
         "goal_distance_m": None if log is None else _goal_distance(scene, log, flight_plan),
-        **planned.metrics(),
+        **planned.metrics(0.0 if log is None else float(log.time[-1])),
         "broken_predictions": _broken(scene, planned, settings),
         "realtime_factor": simulated_per_wall,
         "timings_s": timings,

@@ -221,5 +221,9 @@ def test_goals_of_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture
     assert exit_code("run", str(file), *goals, "--no-video", "--out", str(tmp_path / "run")) == 0
     m = json.loads((tmp_path / "run" / "metrics.json").read_text(encoding="utf-8"))
     assert m["goals_reached"] == 2
+    for last, told in (("9 9", "outside the workspace"), ("0 0", "inside an obstacle")):
+        assert exit_code("run", str(file), "--goal", "3", "1.5", "--goal", *last.split()) == 2
+        assert told in capsys.readouterr().err
+    assert exit_code("run", str(file), "--goal") == 2
     assert exit_code("run", str(file), "--goal", "3", "here") == 2
     assert "--goal must be 2 or 3 numbers" in capsys.readouterr().err
