@@ -114,7 +114,7 @@ def test_a_world_without_mocap_bodies_is_written_and_read(tmp_path: Path) -> Non
     qpos, mocap = motion.world
     assert qpos.shape == (len(motion.progress), scene.model.nq)
     assert mocap.shape == (len(motion.progress), 0, 7)
-    swing = scene.model.joint("pendulum_1").qposadr[0]
+    swing = scene.model.jnt_qposadr[scene.model.joint("pendulum_1").id]
     assert np.ptp(qpos[:, swing]) > 0.01
 
 
