@@ -281,7 +281,7 @@ def test_what_changes_its_speed_by_little_is_known_for_longer() -> None:
 
 
 def test_what_jumps_goes_on_as_before_its_jump() -> None:
-    places = [[-3, -3, 1], [-1.99, -3, 1], [3, 3, 1], [3, 2, 1]]
+    places = [[-3.0, -3.0, 1.0], [-1.99, -3.0, 1.0], [3.0, 3.0, 1.0], [3.0, 2.0, 1.0]]
     path = hz.Waypoints(times=[0.0, 1.01, 1.01, 2.0], positions=places)
     motion = hz.Motion(body="cart", path=path, announced=False)
     scene = hz.load_scene(
