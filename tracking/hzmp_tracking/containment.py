@@ -12,8 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from hzmp_planners._arrays import Floats, Ints
+from hzmp_planners._ragged import reduced, starts_of
 from hzmp_planners.sets import Polytope
 from hzmp_tracking.constants import ROUND_OFF
+from hzmp_tracking.facets import Facets
 
 
 def cubic_maxima(coefficients: Floats, durations: Floats) -> Floats:
@@ -44,18 +46,22 @@ def cubic_maxima(coefficients: Floats, durations: Floats) -> Floats:
     return np.asarray(best)
 
 
-def facet_values(coefficients: Floats, durations: Floats, cell: Polytope) -> Floats:
-    """Maximum over the piece of a.x - b for each facet of one cell, shape (m, facets) [m].
+def worst_values(
+    coefficients: Floats, durations: Floats, owners: Ints, cells: Sequence[Polytope]
+) -> Floats:
+    """Maximum over each piece, at every instant, of a.x - b over the facets of a cell; (m,) [m].
 
     Args:
         coefficients: pieces, shape (m, 4, n).
         durations: shape (m,) [s].
-        cell: polytope with unit normals.
+        owners: the cell that each piece is compared with, shape (m,).
+        cells: polytopes with unit normals.
     """
-    scalar = coefficients @ cell.A.T  # (m, 4, facets)
-    scalar = scalar.transpose(0, 2, 1).copy()
-    scalar[..., 0] -= cell.b
-    return cubic_maxima(scalar, durations[:, None])
+    facets = Facets.of(cells)
+    facing, counts = facets.facing(owners)
+    scalar = (coefficients.repeat(counts, axis=0) @ facets.A[facing, :, None])[..., 0]
+    scalar[:, 0] -= facets.b[facing]
+    return reduced(np.maximum, cubic_maxima(scalar, durations.repeat(counts)), starts_of(counts))
 
 
 def violations(
@@ -66,11 +72,7 @@ def violations(
     A value within `round_off` of zero is returned as 0.0: the computation cannot tell it from
     contact. Larger values are returned as they are.
     """
-    worst = np.full(durations.shape, -np.inf)
-    for index in np.unique(piece_cells):
-        own = piece_cells == index
-        values = facet_values(coefficients[own], durations[own], cells[int(index)])
-        worst[own] = values.max(axis=1)
+    worst = worst_values(coefficients, durations, piece_cells, cells)
     worst[np.abs(worst) <= round_off(coefficients, cells)] = 0.0
     return worst
 

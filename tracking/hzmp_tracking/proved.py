@@ -47,4 +47,6 @@ def holds(trial: Trajectory) -> bool:
 
 def within(trial: Trajectory) -> bool:
     """Whether it keeps the limits on norms; those on the axes hold by construction."""
+    if not np.isfinite(trial.limits.norms).any():
+        return True
     return bool(trial.limit_usage[:, -1].max() <= 1.0 + LIMIT_TOL)

@@ -12,9 +12,8 @@ from hzmp_planners._arrays import Bools, Floats, Ints
 from hzmp_planners._clarabel import Cone, second_order_cones, solve_socp
 from hzmp_planners.sets import Polytope
 from hzmp_tracking.constants import INTERIOR_MARGIN
+from hzmp_tracking.facets import opposite
 
-_NORMAL_TOL = 1e-9  # opposite unit normals, per component
-_PLANE_TOL = 1e-9  # distance of two planes that are one, relative to the coordinates
 _END_MARGIN = 2e-7  # [m] where the start or the goal lies on a facet: the path leaves it
 _ROOM_WEIGHT = 1e3  # metres of length that one metre of margin is worth: margins come first
 
@@ -92,10 +91,7 @@ def shared_plane(first: Polytope, second: Polytope) -> Floats | None:
 def _overlap(first: Polytope, second: Polytope) -> tuple[Floats, Floats, Floats | None]:
     """Half-spaces of the intersection, and the plane (a, offset) that separates them, if any."""
     A, b = np.vstack([first.A, second.A]), np.concatenate([first.b, second.b])
-    gaps = np.abs(first.A[:, None, :] + second.A[None, :, :]).max(axis=2)
-    sums = np.abs(first.b[:, None] + second.b[None, :])
-    scale = max(1.0, float(np.abs(b).max()))
-    pairs = np.argwhere((gaps < _NORMAL_TOL) & (sums < _PLANE_TOL * scale))
+    pairs = np.argwhere(opposite(first.A[:, None], first.b[:, None], second.A, second.b))
     if not len(pairs):
         return A, b, None
     i, j = pairs[0]

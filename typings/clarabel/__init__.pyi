@@ -11,6 +11,7 @@ class DefaultSettings:
     max_iter: int
     max_threads: int
     presolve_enable: bool
+    iterative_refinement_enable: bool
     time_limit: float
     tol_feas: float
     tol_gap_abs: float
