@@ -38,11 +38,11 @@ class Hulls(Sequence[Polytope | None]):
     def __getitem__(self, i: int | slice) -> Polytope | list[Polytope | None] | None:
         if isinstance(i, slice):
             return [self[k] for k in range(*i.indices(len(self)))]
-        rows = self.b[i] < np.inf
-        if not self.exist[i]:
+        if not (self.b[i] > -np.inf).all():
             return None
         if self._vertices is not None:
             return Polytope.from_both_forms(self.A[i], self.b[i], self._vertices[i])
+        rows = self.b[i] < np.inf
         return Polytope.from_halfspaces(self.A[i, rows], self.b[i, rows])
 
     @property

@@ -20,6 +20,7 @@ from hzmp_sim.motion.scripted import Scripted
 from hzmp_sim.motion.source import Slabs, Source
 from hzmp_sim.motion.sweep import Sweep
 from hzmp_sim.motion.template import growth
+from hzmp_sim.scene.bodies import carriers
 from hzmp_sim.scene.scene import Scene
 
 _CHORDS = 0.05  # a plane along the way is left out when its normal is so near one of the box (sine)
@@ -287,11 +288,8 @@ def _unannounced(scene: Scene) -> Bools:
     model, script = scene.model, scene.motion
     driven = driven_bodies(script, model) if script is not None else {}
     secret = {body for body, motion in driven.items() if not motion.announced}
-    found = []
-    for item in scene.moving:
-        body, above = int(model.geom_bodyid[item.geom]), set()
-        while body > 0:
-            above.add(body)
-            body = int(model.body_parentid[body])
-        found.append(bool(above & secret))
+    found = [
+        not secret.isdisjoint(carriers(model, int(model.geom_bodyid[item.geom])))
+        for item in scene.moving
+    ]
     return np.array(found, dtype=np.bool_)

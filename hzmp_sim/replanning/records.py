@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -98,9 +98,8 @@ class FlightPlan:
             "replan_latency_ms": spread,
             "plans_asked": len(self.records),
             "plans_for": dict(Counter(record.reason for record in self.records)),
-            "waited_s": self._time(lambda record: record.reason == "wait"),
+            "waited_s": self._waited(),
             "unproved_s": self._unproved(end),
-            "broken_predictions": [vars(broken) for broken in self.broken],
             "planner_failure": self.failure,
             "goals_reached": self.goals_reached,
         }
@@ -135,11 +134,11 @@ class FlightPlan:
         spans = zip(answers, ends, strict=False)
         return float(sum(max(0.0, until - self.proved_until(record)) for record, until in spans))
 
-    def _time(self, chosen: Callable[[PlanRecord], bool]) -> float:
-        """Simulated time in which the last decision was one of those chosen [s]."""
+    def _waited(self) -> float:
+        """Simulated time in which the last decision was to wait [s]."""
         times = [record.effect for record in self.records]
         spans = zip(self.records, np.diff(times).tolist(), strict=False)
-        return float(sum(span for record, span in spans if chosen(record)))
+        return float(sum(span for record, span in spans if record.reason == "wait"))
 
 
 def worst_broken(found: Sequence[BrokenPrediction]) -> tuple[BrokenPrediction, ...]:

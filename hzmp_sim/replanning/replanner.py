@@ -134,6 +134,7 @@ class Replanner:
             failure=self._failure,
             goals_reached=self._goals.reached,
             arrived=self._arrived,
+            guard=self._loop.guard,
         )
 
     def _asks(self, time: float) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -206,6 +206,13 @@ def descends(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
     while body > ancestor:  # parents come before their children
         body = int(model.body_parentid[body])
     return body == ancestor
+
+
+def carriers(model: mujoco.MjModel, body: int) -> Iterator[int]:
+    """A body, and those that it hangs from, by id; the world is left out."""
+    while body > 0:
+        yield body
+        body = int(model.body_parentid[body])
 
 
 def _root(model: mujoco.MjModel, body: int) -> int:

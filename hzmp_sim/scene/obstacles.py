@@ -11,7 +11,7 @@ import numpy as np
 from hzmp_planners._arrays import Floats
 from hzmp_planners.errors import SceneError
 from hzmp_planners.sets import Polytope
-from hzmp_sim.scene.bodies import Body
+from hzmp_sim.scene.bodies import Body, carriers
 from hzmp_sim.scene.body_shape import BodyShape
 from hzmp_sim.scene.constants import MANY_PARTS, MERGE_SHARE, TOUCH_TOL
 from hzmp_sim.scene.contact_filter import contact_margins
@@ -198,11 +198,7 @@ def _no_contact(model: mujoco.MjModel, geom: int) -> str:
 
 def _movement(model: mujoco.MjModel, geom: int, driven: Collection[int]) -> str:
     """How a geom moves, in words; "" if it does not: static, or mocap that nothing drives."""
-    body = int(model.geom_bodyid[geom])
-    above = []
-    while body > 0:
-        above.append(body)
-        body = int(model.body_parentid[body])
+    above = list(carriers(model, int(model.geom_bodyid[geom])))
     if any(body in driven for body in above):
         return "moves as the motion script says"
     jointed = [body for body in above if model.body_jntnum[body]]

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import mujoco
-
 from hzmp_sim.motion.resolve import driven_bodies
 from hzmp_sim.scene import Scene
+from hzmp_sim.scene.bodies import carriers
 from hzmp_sim.settings import Replanning
 
 
@@ -19,8 +16,9 @@ def assumption(scene: Scene, geom: int, loop: Replanning) -> str:
         geom: id of the geom.
         loop: what is assumed of what is not announced.
     """
-    driven = {} if scene.motion is None else driven_bodies(scene.motion, scene.model)
-    motions = [driven[body] for body in carriers(scene.model, geom) if body in driven]
+    model, own = scene.model, int(scene.model.geom_bodyid[geom])
+    driven = {} if scene.motion is None else driven_bodies(scene.motion, model)
+    motions = [driven[body] for body in carriers(model, own) if body in driven]
     if not motions:
         return "nothing but MuJoCo's dynamics moves it"
     secret = [motion for motion in motions if not motion.announced]
@@ -33,11 +31,3 @@ def assumption(scene: Scene, geom: int, loop: Replanning) -> str:
     if motions[0].kind == "actuator":
         return f"{motions[0].describe()} gets the input that was announced"
     return f"{motions[0].describe()} moves as announced"
-
-
-def carriers(model: mujoco.MjModel, geom: int) -> Iterator[int]:
-    """The body of a geom, and those that it hangs from, by id; the world is left out."""
-    body = int(model.geom_bodyid[geom])
-    while body > 0:
-        yield body
-        body = int(model.body_parentid[body])

@@ -10,7 +10,7 @@ import numpy as np
 from hzmp_sim.replanning.records import BrokenPrediction, FlightPlan
 from hzmp_sim.run import FlightLog
 from hzmp_sim.scene import Scene
-from hzmp_sim.simulation.assumptions import carriers
+from hzmp_sim.scene.bodies import carriers
 
 
 @dataclass(frozen=True)
@@ -107,4 +107,6 @@ def _flown(planned: FlightPlan, time: float) -> str:
 
 def _gives_way(scene: Scene, geom: int) -> bool:
     """Whether a geom hangs from joints."""
-    return any(int(scene.model.body_dofnum[body]) for body in carriers(scene.model, geom))
+    model = scene.model
+    bodies = carriers(model, int(model.geom_bodyid[geom]))
+    return any(int(model.body_dofnum[body]) for body in bodies)

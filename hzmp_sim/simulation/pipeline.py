@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 from hzmp_planners.planning import PlanStatus, plan, verify
@@ -94,8 +93,7 @@ def simulate(
                 replanner, drives = replanning_guide(scene, space, actuation, settings)
                 duration = settings.replanning.duration
                 flight = _fly(scene, replanner, actuation, settings, duration, drives)
-            trajectory = replanner.flown()
-            planned = replace(replanner.result(), guard=settings.replanning.guard)
+            trajectory, planned = replanner.flown(), replanner.result()
         else:
             with _timed(timings, "time_parameterize"), busy("Timing the path"):
                 trajectory = time_parameterize(path.waypoints, path.cells(space), limits)

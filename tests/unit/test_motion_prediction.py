@@ -29,6 +29,13 @@ def scene_of(query: str) -> hz.Scene:
     return hz.load_scene(mujoco.MjSpec.from_string(WORLD), body, start, goal, motion=SCRIPT)
 
 
+def cart(path: hz.Waypoints, *, announced: bool = True) -> hz.Scene:
+    """The world with nothing but its cart driven."""
+    motion = hz.Motion(body="cart", path=path, announced=announced)
+    spec, script = mujoco.MjSpec.from_string(WORLD), hz.MotionScript(motions=[motion])
+    return hz.load_scene(spec, "point", motion=script)
+
+
 class Truth:
     """Where the geoms of a scene are: MuJoCo runs, and scripts are asked between its steps, too."""
 
@@ -142,18 +149,7 @@ def test_slabs_and_hulls_hold_the_geoms_at_every_instant(query: str) -> None:
 
 
 def test_a_hull_cuts_little_more_than_the_geom_sweeps() -> None:
-    scene = hz.load_scene(
-        mujoco.MjSpec.from_string(WORLD),
-        "point",
-        motion=hz.MotionScript(
-            motions=[
-                hz.Motion(
-                    body="cart",
-                    path=hz.Waypoints(times=[0, 2], positions=[[-3, -3, 1], [1, 1, 1]]),
-                )
-            ]
-        ),
-    )
+    scene = cart(hz.Waypoints(times=[0, 2], positions=[[-3, -3, 1], [1, 1, 1]]))
     data = flown(scene)
     row = [item.name for item in scene.moving].index("cart")
     start, end = np.zeros(len(scene.moving)), np.full(len(scene.moving), 2.0)
@@ -244,22 +240,8 @@ def test_the_tape_is_what_a_flight_meets() -> None:
 
 def test_what_changes_its_speed_by_little_is_known_for_longer() -> None:
     """Bounds hold for points whose velocity changes by 0.3 m/s at once, and no more."""
-    scene = hz.load_scene(
-        mujoco.MjSpec.from_string(WORLD),
-        "point",
-        motion=hz.MotionScript(
-            motions=[
-                hz.Motion(
-                    body="cart",
-                    path=hz.Waypoints(
-                        times=[0.0, 1.0, 3.0],
-                        positions=[[-3, -3, 1], [-2, -3, 1], [0.6, -3, 1]],  # 1, then 1.3 m/s
-                    ),
-                    announced=False,
-                )
-            ]
-        ),
-    )
+    places = [[-3.0, -3.0, 1.0], [-2.0, -3.0, 1.0], [0.6, -3.0, 1.0]]  # 1, then 1.3 m/s
+    scene = cart(hz.Waypoints(times=[0.0, 1.0, 3.0], positions=places), announced=False)
     truth, predictor = Truth(scene), hz.Predictor(scene, 1e6, speed_change=0.3001)
     assert not predictor.ready(truth.data, 0.0)  # nothing is known of its velocity
     while truth.time < 0.998:
@@ -283,10 +265,7 @@ def test_what_changes_its_speed_by_little_is_known_for_longer() -> None:
 def test_what_jumps_goes_on_as_before_its_jump() -> None:
     places = [[-3.0, -3.0, 1.0], [-1.99, -3.0, 1.0], [3.0, 3.0, 1.0], [3.0, 2.0, 1.0]]
     path = hz.Waypoints(times=[0.0, 1.01, 1.01, 2.0], positions=places)
-    motion = hz.Motion(body="cart", path=path, announced=False)
-    scene = hz.load_scene(
-        mujoco.MjSpec.from_string(WORLD), "point", motion=hz.MotionScript(motions=[motion])
-    )
+    scene = cart(path, announced=False)
     truth, predictor = Truth(scene), hz.Predictor(scene)
     row = [item.name for item in scene.moving].index("cart")
     while truth.time < 1.02:
